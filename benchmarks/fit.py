@@ -80,7 +80,7 @@ def raw_sse(data: CurveData) -> Callable[[FloatArray], float]:
     """SSE of the raw constants; a candidate without a value is only very bad."""
     levels = data.conditions.T[:, :, np.newaxis]
     # every simulated curve has the same number of points
-    slip, mu = (values.reshape(len(data.runs), -1) for values in (data.slip, data.mu))
+    slip, mu = (values.reshape(len(data.run_ids), -1) for values in (data.slip, data.mu))
 
     def sse(constants: FloatArray) -> float:
         with np.errstate(all="ignore"):
@@ -207,7 +207,7 @@ def contest(oil: str, seeds: int) -> None:
         ends[name] = np.array([method(problem, data, seed) for seed in range(seeds)])
         seconds[name] = (time.perf_counter() - start) / seeds
     best = min(end.min() for end in ends.values())
-    print(f"\n{oil}: {len(data.mu)} points of {problem.curves} curves, best SSE {best:.6e}")
+    print(f"\n{oil}: {len(data.mu)} points of {problem.curve_count} curves, best SSE {best:.6e}")
     print(
         f"{'method':20s} {'success':>8s} {'s a search':>11s} {'x ours':>7s} {'worst/best SSE':>15s}"
     )
@@ -271,7 +271,8 @@ def growth() -> None:
         ratio = (fit_s + refit_s) / before if before else 1.0
         before = fit_s + refit_s
         print(
-            f"{problem.curves:7d} {len(data.mu):8d} {fit_s:12.3f} {refit_s:14.3f} {ratio:6.1f}",
+            f"{problem.curve_count:7d} {len(data.mu):8d} {fit_s:12.3f} {refit_s:14.3f} "
+            f"{ratio:6.1f}",
             flush=True,
         )
 

@@ -51,14 +51,14 @@ Row = dict[str, Any]
 
 def mu_of(constants: FloatArray, data: CurveData) -> FloatArray:
     """mu of the paper's law at every point."""
-    return traction_coefficient(constants, *data.conditions[data.curve].T, data.slip)
+    return traction_coefficient(constants, *data.conditions[data.curve_of_point].T, data.slip)
 
 
 def ends(oil: str, seeds: int) -> Iterator[tuple[str, int, FloatArray]]:
     """Search, seed and constants of every end."""
     problem, data = task(oil)
     (best,) = search(problem, CONFIG.fit, [generator(0, "bench-ga")])
-    yield OURS, 0, problem.reported(best.values)
+    yield OURS, 0, problem.reported(best.constants)
     for seed in range(seeds):
         yield RAW, seed, genetic(raw_sse(data), RAW_BOX, seed)
         yield LOGS, seed, problem.reported(genetic(log_sse(problem), LOG_BOX, seed))

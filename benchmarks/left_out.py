@@ -85,8 +85,8 @@ def compared(of_oil: pd.DataFrame) -> Costs:
         times = [time.process_time()]
         errors = in_groups(problem, best, settings, random)
         times.append(time.process_time())
-        if problem.curves <= ALONE:
-            each = settings.model_copy(update={"left_out_groups": problem.curves})
+        if problem.curve_count <= ALONE:
+            each = settings.model_copy(update={"left_out_groups": problem.curve_count})
             one_by_one = in_groups(problem, best, each, random)
             apart.append(abs(np.sqrt(np.nanmean(errors**2) / np.nanmean(one_by_one**2)) - 1))
         times.append(time.process_time())

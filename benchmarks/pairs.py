@@ -91,7 +91,7 @@ def campaign(name: str, pair: OilPair, design: str, seed: int, *, alone: bool) -
     prediction = surface.predict(asked, slip)
     lower, upper = prediction.interval(factors.point)
     true = pair.ratio(asked, slip)
-    supported = prediction.support == 0
+    supported = prediction.support_codes == 0
     higher, less = lower > 1, upper < 1
     wrong = (higher & (true < 1)) | (less & (true > 1))
     return {

@@ -53,8 +53,11 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
         plan.candidates.curves, plan.candidates.form_error
     )
     design = choose(plan.information.precision, of_each, plan.gradients, count)
-    chosen = [design.chosen, *(random.choice(len(tests), count, False) for _ in range(designs))]
-    promised = [design.before]
+    chosen = [
+        design.chosen_indices,
+        *(random.choice(len(tests), count, False) for _ in range(designs)),
+    ]
+    promised = [design.uncertainty_before]
     added: list[Conditions] = [[]]
     for indices in chosen:
         state = plan.information.precision + of_each[list(indices)].sum(axis=0)

@@ -64,8 +64,8 @@ def fitted(law: Law, data: CurveData) -> tuple[Problem, Optimum]:
     problem = build_problem(law, data, varied(law.conditions, data.conditions, CONFIG.fit))
     random = [generator(seed, "refits") for seed in range(CONFIG.fit.searches)]
     best = min(search(problem, CONFIG.fit, random), key=lambda end: end.sse)
-    stuck = at_bounds(problem, best.values)
-    return problem.holding(best.values, stuck), Optimum(best.values[~stuck], best.sse)
+    stuck = at_bounds(problem, best.constants)
+    return problem.holding(best.constants, stuck), Optimum(best.constants[~stuck], best.sse)
 
 
 @dataclass(frozen=True)
@@ -78,11 +78,11 @@ class Resample:
     @classmethod
     def of(cls, problem: Problem, draw: IndexArray) -> "Resample":
         """Of how often each curve was drawn."""
-        curves, points = draw > 0, draw[problem.observations.curve] > 0
-        curve = (np.cumsum(curves) - 1)[problem.observations.curve[points]]
+        curves, points = draw > 0, draw[problem.observations.curve_of_point] > 0
+        curve = (np.cumsum(curves) - 1)[problem.observations.curve_of_point[points]]
         seen = problem.observations
         observations = Observations(seen.design[curves], curve, seen.slip[points])
-        weight = np.sqrt(draw[problem.observations.curve[points]])
+        weight = np.sqrt(draw[problem.observations.curve_of_point[points]])
         return cls(replace(problem, observations=observations, mu=problem.mu[points]), weight)
 
     def residual(self, values: FloatArray) -> FloatArray:
@@ -95,14 +95,14 @@ class Resample:
 
     def end(self, values: FloatArray) -> FloatArray:
         """One refit by MINPACK; the constant farthest outside its bounds stays at its bound."""
-        low, high = self.problem.limits.T
+        low, high = self.problem.free_bounds.T
         values, held = values.copy(), np.zeros(len(values), dtype=bool)
         while True:
             part = replace(self, problem=self.problem.holding(values, held))
             values[~held] = least_squares(
                 part.residual, values[~held], part.jacobian, method="lm", x_scale="jac"
             ).x
-            outside = ~held * self.problem.beyond(values)
+            outside = ~held * self.problem.distance_beyond_bounds(values)
             if not outside.any():
                 return values
             values = np.where(outside > 0, np.clip(values, low, high), values)
@@ -127,7 +127,7 @@ def race(problem: Problem, best: Optimum, refits: int) -> Race:
     ours = curve_bootstrap(problem, best, refits, generator(1, "refits"))
     times.append(time.process_time())
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        theirs = np.array([task.end(best.values) for task in tasks])
+        theirs = np.array([task.end(best.constants) for task in tasks])
     times.append(time.process_time())
     sums = [
         [float(np.sum(task.residual(end) ** 2)) for task, end in zip(tasks, ends, strict=True)]

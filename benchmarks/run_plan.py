@@ -176,7 +176,7 @@ def quality(truth: str, points: Measurements, new: Measurements) -> dict[str, fl
     surface = fit_surface(points, fitted_law(points))
     factor = surface.interval_factors.point
     prediction = surface.predict(new.point_conditions, new.slip)
-    supported = prediction.support == 0
+    supported = prediction.support_codes == 0
     lower, upper = prediction.interval(factor)
     inside = (lower <= new.mu) & (new.mu <= upper)
     true = TRUTHS[truth](*new.point_conditions.T, new.slip)

@@ -80,13 +80,13 @@ def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface
     change = largest_change(surface.misfit_covariance, campaign.order)
     swap, misreading = swapped_temperatures(surface), misread_runs(surface)
     if misreading is not None and misreading.is_alarm:
-        return "factor", misreading.members.astype(float), misreading.score, True, surface
+        return "factor", misreading.is_misread.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
-        members = np.isin(np.arange(len(campaign.order)), swap.rows).astype(float)
+        members = np.isin(np.arange(len(campaign.order)), swap.curve_indices).astype(float)
         return "labels", members, swap.score, True, surface
     if change is None:
         return "none", np.zeros(len(campaign.order)), 0.0, False, surface
-    effect = f"{change.effect} {change.kind} {change.size:.3g}"
+    effect = f"{change.effect_name} {change.kind} {change.size:.3g}"
     return effect, change.pattern, change.score, change.is_alarm, surface
 
 

@@ -170,12 +170,12 @@ def campaign(
     factors = surface.interval_factors
     rig = ANOTHER_RIG if errors.rig_gain else None
     prediction = surface.predict(new.point_conditions, new.slip, rig)
-    supported = prediction.support == 0
+    supported = prediction.support_codes == 0
     lower, upper = prediction.interval(factors.point)
     inside = (lower <= new.mu) & (new.mu <= upper)
     band_lower, band_upper = prediction.interval(factors.curve)
     outside_band = supported & ~((band_lower <= new.mu) & (new.mu <= band_upper))
-    bad_curves = np.bincount(new.curve, outside_band) > 0
+    bad_curves = np.bincount(new.curve_of_point, outside_band) > 0
     deviation = np.abs(np.log(np.maximum(new.mu, 1e-9) / prediction.mu))[supported]
     half = factors.point * prediction.next_run_sd[supported]
     true = truth(*new.point_conditions.T, new.slip)
@@ -228,11 +228,13 @@ def on_same_rigs(
         inside, half, deviation = [], [], []
         for rig in rigs:
             of_rig = (
-                np.ones(len(runs.mu), dtype=bool) if rig is None else runs.rig[runs.curve] == rig
+                np.ones(len(runs.mu), dtype=bool)
+                if rig is None
+                else runs.rig_of_curve[runs.curve_of_point] == rig
             )
             prediction = surface.predict(runs.point_conditions[of_rig], runs.slip[of_rig], rig)
             lower, upper = prediction.interval(surface.interval_factors.point)
-            supported, mu = prediction.support == 0, runs.mu[of_rig]
+            supported, mu = prediction.support_codes == 0, runs.mu[of_rig]
             inside += ((lower <= mu) & (mu <= upper))[supported].tolist()
             half += (np.log(upper / lower) / 2)[supported].tolist()
             deviation += np.abs(np.log(np.maximum(mu, 1e-9) / prediction.mu))[supported].tolist()
@@ -304,7 +306,7 @@ def gaps(seeds: int) -> None:
                 new = simulated(truth, conditions, random, slips=np.array([asked]))
                 prediction = surface.predict(new.point_conditions, new.slip)
                 lower, upper = prediction.interval(surface.interval_factors.point)
-                marked = prediction.support != 0
+                marked = prediction.support_codes != 0
                 held = marked | ((lower <= new.mu) & (new.mu <= upper))
                 rows.append(
                     {

@@ -17,10 +17,10 @@ def searches() -> Figure:
     figure, one = axes(xlabel="ln |A0| (1)", ylabel="ln B0 (1)")
     problem, best = fitted_problem()
     random = np.random.default_rng(3)
-    low, high = problem.limits.T
+    low, high = problem.free_bounds.T
     population = random.uniform(low, high, (4000, len(low)))
     sse = population_sse(problem, population)
-    names = list(problem.names)
+    names = list(problem.free_names)
     x, y = names.index("A0"), names.index("B0")
     order = np.argsort(-sse)
     shown = one.scatter(
@@ -28,7 +28,7 @@ def searches() -> Figure:
         cmap="cividis",
     )  # fmt: skip
     randoms = [np.random.default_rng(seed) for seed in range(5)]
-    ends = [end.values for end in search(problem, settings().fit, randoms)]
+    ends = [end.constants for end in search(problem, settings().fit, randoms)]
     one.plot(*np.transpose(ends)[[x, y]], "*", color=RED, ms=14, label="ends of five searches")
     figure.colorbar(shown, label="log10 of SSE over the best SSE (1)")
     one.legend(loc="upper left", frameon=True)
@@ -43,9 +43,9 @@ def profile() -> Figure:
     errors = np.sqrt(np.diag(naive))
     values, z = profiles(problem, best, naive)
     for one, name in zip(two, ("A1", "B3"), strict=True):
-        at = list(problem.names).index(name)
+        at = list(problem.free_names).index(name)
         one.plot(values[at], z[at], "o-", ms=3, label="profile")
-        one.plot(values[at], (values[at] - best.values[at]) / errors[at], ":", color=GREY,
+        one.plot(values[at], (values[at] - best.constants[at]) / errors[at], ":", color=GREY,
                  label="linear law")  # fmt: skip
         one.axhspan(-1.96, 1.96, color=ORANGE, alpha=0.2)
         one.set(xlabel=f"{name} (1)", ylabel="Signed root of the rise z (1)")
@@ -106,9 +106,9 @@ def left_out() -> Figure:
     figure, one = axes(xlabel="Curve left out", ylabel="rms error of mu (%)")
     problem, best = fitted_problem()
     errors = leave_curves_out(problem, best, settings().fit, np.random.default_rng(0))
-    curve = problem.observations.curve
+    curve = problem.observations.curve_of_point
     unseen = [rms(errors[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
-    fitted = problem.residual(best.values)
+    fitted = problem.residual(best.constants)
     seen = [rms(fitted[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
     place = np.arange(1, len(seen) + 1)
     one.set_xticks(place)
@@ -122,8 +122,9 @@ def fitted_problem() -> tuple[Problem, Optimum]:
     """What the simulated fit minimised, and where it ended."""
     fit = simulated_fit()
     law, coefficients = fit.law.law, fit.law.coefficients
-    problem = build_problem(law, curve_data(fit.table, law.conditions), coefficients.followed)
-    start = to_internal(law, coefficients.constants)[problem.free]
+    data = curve_data(fit.table, law.conditions)
+    problem = build_problem(law, data, coefficients.is_followed_group)
+    start = to_internal(law, coefficients.constants)[problem.is_free]
     return problem, polish(problem, start)
 
 

@@ -263,7 +263,7 @@ def test_constants_have_the_level_of_their_intervals_and_their_correlations(
     correlations = fit.correlations
     np.testing.assert_allclose(np.diag(correlations), 1)
     # of A0 and A1 by the definition, over the constants of the refits
-    a0, a1 = fit.law.coefficients.spread[:, :2].T
+    a0, a1 = fit.law.coefficients.refits[:, :2].T
     expected = np.cov(a0, a1)[0, 1] / (a0.std(ddof=1) * a1.std(ddof=1))
     assert correlations.loc["A0", "A1"] == pytest.approx(expected)
     # by the residuals that the table of points has

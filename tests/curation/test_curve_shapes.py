@@ -161,8 +161,8 @@ def tables_of(
     pressure, speed, celsius = measured.point_conditions.T
     points = pd.DataFrame(
         {
-            "run_id": names[measured.curve],
-            "oil": "oil" if same_oil else names[measured.curve],
+            "run_id": names[measured.curve_of_point],
+            "oil": "oil" if same_oil else names[measured.curve_of_point],
             "max_hertz_pressure_gpa": pressure,
             "entrainment_speed_m_s": speed,
             "inlet_temperature_c": celsius,

@@ -30,7 +30,9 @@ def test_effect_is_what_a_rig_with_that_error_would_read(number: int) -> None:
     points = run_tests(SMALL, random, replace(NONE, **{FIELDS[number]: size}))
     drawn = generator(3, "effect", number).standard_normal((len(SMALL), 5))[:, number]
     difference = points["traction_coefficient"] - LAW.traction(TRUTH, curves.observations(LAW))
-    expected = size * drawn[curves.curve] * curve_error_slopes(LAW, TRUTH, curves)[:, number]
+    expected = (
+        size * drawn[curves.curve_of_point] * curve_error_slopes(LAW, TRUTH, curves)[:, number]
+    )
     np.testing.assert_allclose(difference, expected, atol=2e-3 * np.abs(expected).max())
 
 
@@ -44,7 +46,9 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
         fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
         effect = curve_error_slopes(LAW, fitted, curves_at(LARGE))
         residual = -problem.residual(fitted)
-        sizes = error_sizes(problem.jacobian(fitted), effect, residual, problem.observations.curve)
+        sizes = error_sizes(
+            problem.jacobian(fitted), effect, residual, problem.observations.curve_of_point
+        )
         found.append([*sizes.curve_variances, sizes.point_variance])
     error = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
     truth = np.array([*planted.of_curve, planted.point]) ** 2

@@ -38,13 +38,15 @@ def scipy_end(
     task: Problem, start: FloatArray, copies: IndexArray | None = None, method: str = "lm"
 ) -> tuple[FloatArray, float]:
     """Constants and SSE of SciPy's fit to as many copies of each curve; "trf" knows the bounds."""
-    curves = np.repeat(np.arange(task.curves), 1 if copies is None else copies)
-    points = np.concatenate([np.flatnonzero(task.observations.curve == curve) for curve in curves])
+    curves = np.repeat(np.arange(task.curve_count), 1 if copies is None else copies)
+    points = np.concatenate(
+        [np.flatnonzero(task.observations.curve_of_point == curve) for curve in curves]
+    )
     end = least_squares(
         lambda values: task.residual(values)[points],
         start,
         lambda values: task.jacobian(values)[points],
-        bounds=tuple(task.limits.T) if method == "trf" else (-np.inf, np.inf),
+        bounds=tuple(task.free_bounds.T) if method == "trf" else (-np.inf, np.inf),
         method=method,
         x_scale="jac",
         xtol=1e-14,
@@ -69,7 +71,7 @@ def test_descents_from_many_starts_end_where_scipy_ends(task: Problem) -> None:
 def test_polish_ends_where_no_step_is_left(name: str) -> None:
     """The residual is orthogonal to every slope, as at a minimum of a sum of squares."""
     problem, best = fitted(name)
-    jacobian, residual = problem.jacobian(best.values), problem.residual(best.values)
+    jacobian, residual = problem.jacobian(best.constants), problem.residual(best.constants)
     orthonormal, _ = np.linalg.qr(jacobian)
     assert np.linalg.norm(orthonormal.T @ residual) < 1e-9 * np.linalg.norm(residual)
 
@@ -80,7 +82,7 @@ def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
     problem, best = fitted(name)
     refits = curve_bootstrap(problem, best, 12, generator(3, "refits"))
     draws = draw_curves(problem.observations.design, 12, generator(3, "refits"))
-    expected = [scipy_end(problem, best.values, draw)[0] for draw in draws]
+    expected = [scipy_end(problem, best.constants, draw)[0] for draw in draws]
     apart = np.abs(refits - expected) / np.std(refits, axis=0)
     assert apart.max() < 1e-3
 
@@ -91,10 +93,10 @@ def test_refits_that_leave_a_bound_end_where_scipy_ends(monkeypatch: pytest.Monk
     monkeypatch.setitem(TRUTH, "wang-deng-critical-load", weak)
     problem, best = fitted("wang-deng-critical-load", 1e-3)
     draws = draw_curves(problem.observations.design, 12, generator(3, "refits"))
-    ends, sse = refit(problem, best.values, draws.astype(float))
-    expected = [scipy_end(problem, best.values, draw, "trf")[1] for draw in draws]
+    ends, sse = refit(problem, best.constants, draws.astype(float))
+    expected = [scipy_end(problem, best.constants, draw, "trf")[1] for draw in draws]
     np.testing.assert_allclose(sse, expected, rtol=1e-8)
-    at_bound = ends[:, -1] == problem.limits[-1, 0]
+    at_bound = ends[:, -1] == problem.free_bounds[-1, 0]
     assert 0 < at_bound.sum() < len(ends)
 
 
@@ -102,10 +104,10 @@ def test_refits_that_leave_a_bound_end_where_scipy_ends(monkeypatch: pytest.Monk
 def test_bytes_of_a_refit_do_not_depend_on_the_others(name: str) -> None:
     problem, best = fitted(name)
     weights = draw_curves(problem.observations.design, 30, generator(4, "refits")).astype(float)
-    together = refit(problem, best.values, weights)
+    together = refit(problem, best.constants, weights)
     for size in (1, 7, 29):
         parts = [
-            refit(problem, best.values, weights[first : first + size])
+            refit(problem, best.constants, weights[first : first + size])
             for first in range(0, len(weights), size)
         ]
         for whole, split in zip(together, zip(*parts, strict=True), strict=True):
@@ -117,7 +119,7 @@ def test_held_constants_stay_and_the_others_reach_their_best(task: Problem) -> N
     held = np.zeros((12, 12), dtype=bool)
     np.fill_diagonal(held, True)
     starts = start + 0.05 * np.eye(12)
-    ends, sse = descend(task, starts, held=held, tolerance=1e-13)
+    ends, sse = descend(task, starts, is_held=held, tolerance=1e-13)
     np.testing.assert_array_equal(ends[held], starts[held])
     for index in (0, 5, 11):
         free = np.arange(12) != index

@@ -41,7 +41,7 @@ def law(fit: CampaignTables) -> FittedLaw:
 
 
 def without_calibration(law: FittedLaw) -> Coefficients:
-    return replace(law.coefficients, shifted=law.coefficients.shifted[:0])
+    return replace(law.coefficients, shifted_refits=law.coefficients.shifted_refits[:0])
 
 
 @pytest.mark.parametrize(
@@ -49,7 +49,7 @@ def without_calibration(law: FittedLaw) -> Coefficients:
 )
 def test_interval_is_that_of_refits(law: FittedLaw, at: tuple[float, float, float, float]) -> None:
     result = predict("deng2026", without_calibration(law), *at)
-    resampled = [float(traction_coefficient(row, *at)) for row in law.coefficients.spread]
+    resampled = [float(traction_coefficient(row, *at)) for row in law.coefficients.refits]
     lower, upper = np.quantile(resampled, [0.025, 0.975])
     width = upper - lower
     # 400 draws know a quantile to about 6 % of the width
@@ -59,13 +59,13 @@ def test_interval_is_that_of_refits(law: FittedLaw, at: tuple[float, float, floa
 
 def test_calibration_widens_the_interval(law: FittedLaw) -> None:
     at = (1.25, 30.0, 70.0, 0.1)
-    assert len(law.coefficients.shifted) == 4
+    assert len(law.coefficients.shifted_refits) == 4
     with_it = predict("deng2026", law.coefficients, *at)
     without = predict("deng2026", without_calibration(law), *at)
     wide, narrow = (at.mean_ci_upper - at.mean_ci_lower for at in (with_it, without))
     assert wide > narrow
     # by hand: half-widths of ln mu add as squares
-    steps = [float(traction_coefficient(row, *at)) for row in law.coefficients.shifted]
+    steps = [float(traction_coefficient(row, *at)) for row in law.coefficients.shifted_refits]
     mu = float(with_it.traction_coefficient)
     expected = np.sqrt(
         np.log(float(without.mean_ci_upper) / mu) ** 2
@@ -86,7 +86,7 @@ def test_traction_is_odd_in_slip_and_its_interval_too(
 
 
 def test_distance_from_the_tested_box_is_in_tested_ranges(law: FittedLaw) -> None:
-    low, high = law.coefficients.box.T
+    low, high = law.coefficients.tested_box.T
     # the matrix's own ends, give or take control errors of 1 % and 0.5 K, a few of them
     assert low == pytest.approx([1.0, 25, 25, 0], rel=0.01, abs=1.5)
     assert high == pytest.approx([1.5, 40, 120, 0.3], rel=0.01, abs=1.5)
@@ -107,9 +107,9 @@ def test_arguments_broadcast(law: FittedLaw) -> None:
 
 
 def test_beyond_one_range_is_outside_whatever_is_unknown_of_another(law: FittedLaw) -> None:
-    box = law.coefficients.box.copy()
+    box = law.coefficients.tested_box.copy()
     box[0] = np.nan
-    unknown = replace(law.coefficients, box=box)
+    unknown = replace(law.coefficients, tested_box=box)
     low, high = box.T
     result = predict("deng2026", unknown, 1.2, [(low[1] + high[1]) / 2, 2 * high[1]], 70.0, 0.05)
     assert result.outside.tolist() == [False, True]
@@ -139,7 +139,7 @@ def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
     constants = np.array([-0.012, 0, 0, 0, 0.6, 0, 0, 0, 20.0, 0, 0, 0, 0.010, 0, 0, 0])
     spread = np.tile(constants, (4000, 1))
     spread[:, 12] += 5e-4 * np.random.default_rng(5).standard_normal(4000)
-    unsure = replace(Coefficients.bare(law, constants), spread=spread)
+    unsure = replace(Coefficients.bare(law, constants), refits=spread)
     result = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
     assert result.traction_coefficient[0] == pytest.approx(-0.002)
     # the spread of a logarithm: 5 % of D0 bends it by a few per cent

@@ -61,7 +61,7 @@ def test_twenty_searches_from_different_seeds_end_at_one_optimum(quick: Settings
 def test_a_candidate_without_traction_is_worse_than_any_other() -> None:
     task = problem_of(make_points("4102", matrix()))
     # exponents of 700 leave no number: infinite sizes, and infinity times zero at S = 0
-    hopeless = np.full((1, len(task.names)), 700.0)
+    hopeless = np.full((1, len(task.free_names)), 700.0)
     assert engine.population_sse(task, hopeless) == np.inf
 
 
@@ -90,7 +90,7 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
     for _ in range(150):
         noisy = replace(task, mu=task.mu + 2e-4 * random.standard_normal(len(task.mu)))
         end = engine.polish(noisy, truth)
-        estimates.append(end.values)
+        estimates.append(end.constants)
         errors.append(np.sqrt(np.diag(naive_covariance(noisy, end))))
     ratio = np.std(estimates, axis=0, ddof=1) / np.mean(errors, axis=0)
     # the spread of a standard deviation of 150 draws is 6 %
@@ -160,7 +160,7 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings
     (end,) = engine.search(task, quick.fit, [generator(1, "x")])
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
     assert certify(task, [end, end], errors, quick.fit)["certified"]
-    off = end.values + 0.5 * errors
+    off = end.constants + 0.5 * errors
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
     alone = certify(task, [other], errors, quick.fit)
     assert not alone["certified"]
@@ -295,8 +295,8 @@ def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one(
     problem, plain = polished(with_two_curves_off(points), printed()["4102"])
     robust = robust_fit(problem, plain)
     assert robust is not None
-    assert error(plain.values) > 5 * error(clean.values)
-    assert error(robust[0]) < 1.5 * error(clean.values)
+    assert error(plain.constants) > 5 * error(clean.constants)
+    assert error(robust[0]) < 1.5 * error(clean.constants)
 
 
 def test_the_curves_that_pull_are_named_with_what_they_cost(config: Settings) -> None:
@@ -327,7 +327,7 @@ def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:
         plain = polish(noisy, truth)
         robust = robust_fit(noisy, plain)
         assert robust is not None
-        ratio.append([error(plain.values) ** 2, error(robust[0]) ** 2])
+        ratio.append([error(plain.constants) ** 2, error(robust[0]) ** 2])
     plain_mean, robust_mean = np.mean(ratio, axis=0)
     # 1/0.95 in variance; 40 draws of a pair know it to about 3 %
     assert 0.97 < robust_mean / plain_mean < 1.15

@@ -46,7 +46,7 @@ def test_bootstrap_covers_and_naive_errors_do_not(config: Settings, conditions: 
         lower, upper = np.quantile(refits, [0.025, 0.975], axis=0)
         inside.append((lower <= truth) & (truth <= upper))
         errors = np.sqrt(np.diag(naive_covariance(problem, best)))
-        naive.append(np.abs(best.values - truth) <= 1.96 * errors)
+        naive.append(np.abs(best.constants - truth) <= 1.96 * errors)
     # 24 campaigns of 12 constants that move together know a share of 95 % to about 3 %
     assert 0.88 < np.mean(inside) < 0.995
     assert np.mean(naive) < 0.7
@@ -58,7 +58,7 @@ def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Setting
     for number in range(80):
         points = campaign(config, "4050").points(SMALL, generator(2, "small", number))
         problem, best = polished(points, printed()["4050"])
-        ends.append(best.values)
+        ends.append(best.constants)
         variances.append(np.diag(robust_covariance(problem, best)))
     ratio = np.sqrt(np.mean(variances, axis=0)) / np.std(ends, axis=0, ddof=1)
     # 80 campaigns know a standard deviation to 8 %

@@ -18,8 +18,8 @@ def test_published_example_of_the_lack_of_fit_test() -> None:
     residual = intercept + slope * deposit - accounts
     _, level = np.unique(deposit, return_inverse=True)
     branch, nowhere = np.arange(11), np.zeros(11, dtype=np.int64)
-    parts = lack_of_fit(residual, branch, level, nowhere, constants=2)
-    assert (parts.repeats, parts.conditions) == (5, 5)
+    parts = lack_of_fit(residual, branch, level, nowhere, constant_count=2)
+    assert (parts.repeat_count, parts.repeated_condition_count) == (5, 5)
     assert parts.noise**2 == pytest.approx(1148.0 / 5)
     assert parts.ratio == pytest.approx(14.80, abs=0.005)
     assert parts.limit == pytest.approx(stats.f.ppf(0.95, 4, 5))
@@ -38,7 +38,7 @@ def test_published_example_without_lack_of_fit() -> None:
     slope, intercept = np.polyfit(cylinders, miles, 1)
     residual = intercept + slope * cylinders - miles
     cars = np.arange(len(miles))
-    parts = lack_of_fit(residual, cars, cylinders, np.zeros_like(cars), constants=2)
+    parts = lack_of_fit(residual, cars, cylinders, np.zeros_like(cars), constant_count=2)
     assert parts.noise**2 == pytest.approx(301.26 / 29, abs=0.005 / 29)
     assert parts.ratio == pytest.approx(7.07 / (301.26 / 29), rel=0.001)
     assert not parts.is_shown
@@ -58,8 +58,8 @@ def planted(form: float, repeats: int, draw: int) -> tuple[np.ndarray, ...]:
 
 
 def test_planted_noise_and_planted_wrong_form_are_found_apart() -> None:
-    parts = lack_of_fit(*planted(1.2e-3, 20, draw=0), constants=1)
-    assert parts.repeats == parts.conditions == 20
+    parts = lack_of_fit(*planted(1.2e-3, 20, draw=0), constant_count=1)
+    assert parts.repeat_count == parts.repeated_condition_count == 20
     # noise of runs and of points together, sqrt(3^2 + 4^2)
     assert parts.noise == pytest.approx(5e-4, rel=0.12)
     assert parts.form_rms == pytest.approx(1.2e-3, rel=0.03)
@@ -68,13 +68,13 @@ def test_planted_noise_and_planted_wrong_form_are_found_apart() -> None:
 
 def test_noise_alone_is_rarely_called_lack_of_fit() -> None:
     # errors that points of a run share would fool the classical test in far more than 5 %
-    called = [lack_of_fit(*planted(0.0, 8, draw), constants=1).is_shown for draw in range(100)]
+    called = [lack_of_fit(*planted(0.0, 8, draw), constant_count=1).is_shown for draw in range(100)]
     assert np.mean(called) <= 0.08
 
 
 def test_points_of_one_run_are_no_repeats_of_each_other() -> None:
-    parts = lack_of_fit(*planted(1e-3, 0, draw=0), constants=1)
-    assert parts.repeats == 0
+    parts = lack_of_fit(*planted(1e-3, 0, draw=0), constant_count=1)
+    assert parts.repeat_count == 0
     assert np.isnan([parts.noise, parts.form_rms, parts.ratio]).all()
     assert not parts.is_shown
 
@@ -84,7 +84,7 @@ def test_both_branches_of_a_sweep_do_not_hide_the_error_of_the_run() -> None:
     error = np.array([1.0, -1.0])
     run = np.repeat([0, 1], 10)
     slip = np.tile(np.repeat(np.arange(5), 2), 2)
-    parts = lack_of_fit(error[run], run, np.zeros(20, dtype=np.int64), slip, constants=1)
+    parts = lack_of_fit(error[run], run, np.zeros(20, dtype=np.int64), slip, constant_count=1)
     assert parts.noise == pytest.approx(np.std(error, ddof=1))
 
 

@@ -68,23 +68,23 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
     task, best = polished(few, TRUTH[law.name], law)
     errors = leave_curves_out(task, best, settings, np.random.default_rng(1))
-    group = np.arange(task.curves)
-    if groups < task.curves:
+    group = np.arange(task.curve_count)
+    if groups < task.curve_count:
         group = np.random.default_rng(1).permutation(group) % groups
     for each in np.unique(group):
-        mine = (group == each)[task.observations.curve]
+        mine = (group == each)[task.observations.curve_of_point]
         rows = np.flatnonzero(group != each)
         others = replace(
             task,
             observations=Observations(
                 task.observations.design[rows],
-                np.searchsorted(rows, task.observations.curve[~mine]),
+                np.searchsorted(rows, task.observations.curve_of_point[~mine]),
                 task.observations.slip[~mine],
             ),
             mu=task.mu[~mine],
         )
-        end = engine.polish(others, best.values)
-        expected = task.residual(end.values)[mine]
+        end = engine.polish(others, best.constants)
+        expected = task.residual(end.constants)[mine]
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
 
 
@@ -93,7 +93,7 @@ def test_only_the_end_levels_are_extrapolated_to(quick: Settings) -> None:
     task, best = polished(points, TRUTH["deng2026"])
     levels = level_numbers_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = leave_ends_out(task, best, levels, quick.fit)
-    ends = np.isin(levels[task.observations.curve], [0, 3])
+    ends = np.isin(levels[task.observations.curve_of_point], [0, 3])
     assert np.isnan(errors[~ends]).all()
     # exact points of the law itself: nothing is missed, however far
     assert np.abs(errors[ends]).max() < 1e-7
@@ -111,7 +111,10 @@ def test_one_level_left_leaves_a_constant_open_however_it_scatters(
     points["max_hertz_pressure_gpa"] *= 1 + scatter * of_run
     task, best = polished(points[two], TRUTH[law.name])
     pressures = task.data.conditions[:, 0]
-    for levels in (level_numbers_by_gap(pressures, 0.05), np.zeros(task.curves, dtype=np.int64)):
+    for levels in (
+        level_numbers_by_gap(pressures, 0.05),
+        np.zeros(task.curve_count, dtype=np.int64),
+    ):
         assert np.isnan(leave_ends_out(task, best, levels, quick.fit)).all()
 
 

@@ -92,8 +92,8 @@ def test_a_certificate_is_one_whatever_the_last_digits_of_the_searches(quick: Se
     problem, best = polished(make_points("4102", matrix(), noise=1e-4), printed()["4102"])
     doubts = set()
     for bits in BITS:
-        ends = [best, Optimum(best.values * (1 + bits), best.sse * (1 + abs(bits)))]
-        made = certify(problem, ends, np.full(len(best.values), 0.01), quick.fit)
+        ends = [best, Optimum(best.constants * (1 + bits), best.sse * (1 + abs(bits)))]
+        made = certify(problem, ends, np.full(len(best.constants), 0.01), quick.fit)
         assert made["certified"]
         doubts.add(made["doubts"])
     assert doubts == {()}
@@ -133,7 +133,9 @@ def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits
     grid = np.array(matrix([1.0, 1.25, 1.5625], [25.0, 30.0, 36.0], [30.0, 60.0, 90.0]))
     corner, tested = grid[-1] * (1 + bits), grid[:-1]
     box = np.array([*zip(grid.min(axis=0), grid.max(axis=0), strict=True), (0.0, 0.3)])
-    known = replace(Coefficients.bare(LAW, printed()["4102"]), box=box, tested=tested)
+    known = replace(
+        Coefficients.bare(LAW, printed()["4102"]), tested_box=box, tested_conditions=tested
+    )
     found = FittedLaw(LAW, known).predict(corner[np.newaxis], np.array([0.05]))
     assert found.spacings == pytest.approx([1.0], rel=1e-9)
     assert not found.outside.any()
@@ -191,4 +193,4 @@ def test_of_tests_that_tell_the_same_the_first_is_planned(bits: float) -> None:
     new[3] *= 1 - bits
     # a slope is as well known by either end
     plan = choose(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
-    assert plan.chosen == [0, 2, 3]
+    assert plan.chosen_indices == [0, 2, 3]

@@ -34,17 +34,20 @@ def oil(factor: float, conditions: np.ndarray, seed: int, rig: str = "one") -> M
 def test_a_planted_ratio_is_found_by_pairs_of_runs_whatever_their_names_are() -> None:
     first, second = oil(1.0, CORNERS, 61), oil(1.2, CORNERS, 62)
     pair = oil_pair(first, second)
-    assert (pair.paired, pair.unpaired) == (8, 0)
-    assert isinstance(pair.ratio, RatioSurface)
+    assert (pair.paired_count, pair.unpaired_count) == (8, 0)
+    assert isinstance(pair.ratio_or_obstacle, RatioSurface)
     at, slip = np.array([[1.2, 32.0, 70.0]]), np.array([0.05])
     # the mean of 8 gains of 0.5 % of each oil has an error of 0.25 %
-    assert pair.ratio.predict(at, slip).ratio[0] == pytest.approx(1.2, rel=0.01)
+    assert pair.ratio_or_obstacle.predict(at, slip).ratio[0] == pytest.approx(1.2, rel=0.01)
 
     names = second.points["run_id"].map(lambda name: f"z{name[::-1]}")
     renamed = replace(second, points=second.points.assign(run_id=names).iloc[::-1])
     again = oil_pair(first, renamed)
-    assert isinstance(again.ratio, RatioSurface)
-    assert again.ratio.predict(at, slip).ratio[0] == pair.ratio.predict(at, slip).ratio[0]
+    assert isinstance(again.ratio_or_obstacle, RatioSurface)
+    assert (
+        again.ratio_or_obstacle.predict(at, slip).ratio[0]
+        == pair.ratio_or_obstacle.predict(at, slip).ratio[0]
+    )
 
 
 def test_few_common_conditions_give_no_ratio() -> None:
@@ -52,15 +55,15 @@ def test_few_common_conditions_give_no_ratio() -> None:
     other = CORNERS.copy()
     other[3:, 2] -= np.where(other[3:, 2] > 50, 20, -20)
     pair = oil_pair(oil(1.0, CORNERS, 64), oil(1.2, other, 65))
-    assert pair.ratio is Obstacle.FEW_PAIRS
-    assert (pair.paired, pair.unpaired) == (3, 10)
+    assert pair.ratio_or_obstacle is Obstacle.FEW_PAIRS
+    assert (pair.paired_count, pair.unpaired_count) == (3, 10)
 
 
 def test_runs_whose_speed_is_not_known_give_no_ratio() -> None:
     first, second = oil(1.0, CORNERS, 68), oil(1.2, CORNERS, 69)
     without_speed = second.points.assign(entrainment_speed_m_s=np.nan)
     pair = oil_pair(first, replace(second, points=without_speed))
-    assert pair.ratio is Obstacle.UNKNOWN_CONDITIONS
+    assert pair.ratio_or_obstacle is Obstacle.UNKNOWN_CONDITIONS
 
 
 def test_mu_that_is_too_small_by_its_unit_ends_in_a_sentence() -> None:
@@ -71,11 +74,11 @@ def test_mu_that_is_too_small_by_its_unit_ends_in_a_sentence() -> None:
 
 def test_the_same_runs_give_no_ratio() -> None:
     one = oil(1.0, CORNERS, 66)
-    assert oil_pair(one, one).ratio is Obstacle.SAME_RUNS
+    assert oil_pair(one, one).ratio_or_obstacle is Obstacle.SAME_RUNS
 
 
 def test_a_law_of_other_conditions_gives_no_ratio() -> None:
     first, law = oil(1.0, CORNERS, 67), LAWS["wang-deng-load"]
     constants = np.ones(len(law.constants)) * np.where(law.signs < 0, -1, 1)
     other = replace(first, fit=FittedLaw(law, Coefficients.bare(law, constants)))
-    assert oil_pair(first, other).ratio is Obstacle.OTHER_CONDITIONS
+    assert oil_pair(first, other).ratio_or_obstacle is Obstacle.OTHER_CONDITIONS

@@ -27,16 +27,16 @@ def test_best_point_for_a_value_moves_the_mean_there(measured: list[float], want
     # var(a + b x0) = 1/n + (x0 - mean)^2/Sxx is least, 1/(n + 1), where the new mean is x0
     design = choose(together(measured), line(GRID), np.array([[1.0, wanted]]), 1)
     count = len(measured) + 1
-    assert GRID[design.chosen[0]] == pytest.approx(count * wanted)
-    assert design.after[0] ** 2 == pytest.approx(1 / count)
-    assert design.with_one_candidate.min() == pytest.approx(design.after[0])
+    assert GRID[design.chosen_indices[0]] == pytest.approx(count * wanted)
+    assert design.uncertainty_after[0] ** 2 == pytest.approx(1 / count)
+    assert design.uncertainty_with_one.min() == pytest.approx(design.uncertainty_after[0])
 
 
 def test_best_points_for_a_slope_are_the_two_ends() -> None:
     # var(b) = 1/Sxx is least where Sxx is greatest: at the ends of the range
     design = choose(together([-0.5, 0.5]), line(GRID), np.array([[0.0, 1.0]]), 2)
-    assert sorted(GRID[design.chosen]) == [-6, 6]
-    assert design.after[1] ** 2 == pytest.approx(1 / (2 * 0.25 + 2 * 36))
+    assert sorted(GRID[design.chosen_indices]) == [-6, 6]
+    assert design.uncertainty_after[1] ** 2 == pytest.approx(1 / (2 * 0.25 + 2 * 36))
 
 
 @given(st.floats(1e-3, 1e6), st.floats(-6, 6), st.floats(-1, 1))
@@ -59,9 +59,9 @@ def test_what_all_curves_share_is_not_reduced_by_more_of_them() -> None:
 def test_no_test_is_chosen_twice_and_none_that_is_not_worth_it() -> None:
     candidates, level = line(np.array([0.0, 1.0, 2.0])), np.array([[1.0, 2.0]])
     design = choose(together([-1.0, 1.0]), candidates, level, 9)
-    assert sorted(design.chosen) == [0, 1, 2]
-    assert (np.diff(design.after) < 0).all()
+    assert sorted(design.chosen_indices) == [0, 1, 2]
+    assert (np.diff(design.uncertainty_after) < 0).all()
     # one further point in a thousand: 1 - sqrt(1000/1001) = 0.05 %
     mean = together([0.0, 1e-3]) * 500
-    assert choose(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-4).chosen == [0]
-    assert choose(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-3).chosen == []
+    assert choose(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-4).chosen_indices == [0]
+    assert choose(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-3).chosen_indices == []

@@ -13,5 +13,5 @@ def test_profile_rises_with_the_best_sse_that_the_others_allow() -> None:
     errors = np.sqrt(np.diag(naive))
     values, z = profiles(task, best, naive)
     # with 2 232 points the law is nearly linear within a few standard errors
-    np.testing.assert_allclose(z, (values - best.values[:, None]) / errors[:, None], atol=0.12)
+    np.testing.assert_allclose(z, (values - best.constants[:, None]) / errors[:, None], atol=0.12)
     assert (np.diff(z, axis=1) > 0).all()

@@ -91,7 +91,7 @@ def test_runs_whose_rigs_are_not_named_are_those_of_one_rig(
     points: pd.DataFrame, fit: FittedLaw, config: Settings
 ) -> None:
     unnamed = fitted_to(points, None, config)
-    assert unnamed.surface is not None and unnamed.surface.rigs == ()
+    assert unnamed.surface is not None and unnamed.surface.rig_names == ()
     assert half_width(unnamed) > half_width(fit, "beta")
     with pytest.raises(Exception, match="Leave the rig out"):
         prediction(unnamed, OIL, AT, ANOTHER)
@@ -107,5 +107,5 @@ def test_the_rig_of_a_refused_run_is_not_needed(
 ) -> None:
     refused = {"run_id": "other", "rig": "delta", "oil": OIL, "verdict": "refused"}
     other = fitted_to(points, pd.concat([runs, pd.DataFrame([refused])]), config)
-    assert other.surface is not None and other.surface.rigs == RIGS
+    assert other.surface is not None and other.surface.rig_names == RIGS
     assert half_width(other, "beta") == half_width(fit, "beta")

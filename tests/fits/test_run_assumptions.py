@@ -30,14 +30,14 @@ def test_a_size_that_no_rig_states_is_that_of_usual_rigs(config: Settings) -> No
     assumed = of_rigs(config, rig(inlet_temperature_k=2.0))
     assert assumed.errors.temperature_k.median == 2.0
     assert assumed.errors.gain == RunErrorSizes().gain
-    assert "temperature_k" not in assumed.usual_errors
-    assert "gain" in assumed.usual_errors
+    assert "temperature_k" not in assumed.usual_error_names
+    assert "gain" in assumed.usual_error_names
 
 
 def test_without_a_rig_all_sizes_are_usual(config: Settings) -> None:
     assumed = of_rigs(config)
     assert assumed.errors == RunErrorSizes()
-    assert len(assumed.usual_errors) == 5
+    assert len(assumed.usual_error_names) == 5
 
 
 def test_of_two_rigs_the_mean_square_counts(config: Settings) -> None:
@@ -46,7 +46,7 @@ def test_of_two_rigs_the_mean_square_counts(config: Settings) -> None:
     assert assumed.errors.slip_scale.median == pytest.approx(np.sqrt(12.5e-6))
     # a rig that states nothing has the usual size, and its size is named as usual
     mixed = of_rigs(config, slow, rig())
-    assert "slip_scale" in mixed.usual_errors
+    assert "slip_scale" in mixed.usual_error_names
 
 
 def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Settings) -> None:
@@ -55,7 +55,7 @@ def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Setting
     sizes = pd.DataFrame(assumed.size_rows("4050"))
     again = RunAssumptions.from_tables(row, sizes)
     assert again.level_widths == assumed.level_widths
-    assert again.usual_errors == assumed.usual_errors
+    assert again.usual_error_names == assumed.usual_error_names
     for name in ("gain", "zero", "slip_scale", "temperature_k", "noise"):
         median = getattr(assumed.errors, name).median
         assert getattr(again.errors, name).median == pytest.approx(median, rel=1e-12)
@@ -74,16 +74,16 @@ def test_rigs_are_expected_to_differ_by_their_calibration(config: Settings) -> N
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["b", "a"])
     assert assumed.errors.rig_gain.median == pytest.approx(0.005)
-    assert "rig_gain" not in assumed.usual_errors
-    assert assumed.rigs == ("a", "b")
+    assert "rig_gain" not in assumed.usual_error_names
+    assert assumed.rig_names == ("a", "b")
     unknown = RunAssumptions.from_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
     assert unknown.errors.rig_gain == RunErrorSizes().rig_gain
-    assert "rig_gain" in unknown.usual_errors
+    assert "rig_gain" in unknown.usual_error_names
 
 
 def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
     assumed = RunAssumptions.from_settings(config.same_condition, [rig()], ["a", "a"])
-    assert "rig_gain" not in assumed.usual_errors
+    assert "rig_gain" not in assumed.usual_error_names
     assert "rig_gain" not in {row["size"] for row in assumed.size_rows("4050")}
 
 
@@ -92,7 +92,7 @@ def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[s
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, rig_of_runs)
     again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
-    assert again.rig_of_runs == assumed.rig_of_runs
+    assert again.rig_name_of_run == assumed.rig_name_of_run
     assert again.errors.rig_gain.median == pytest.approx(assumed.errors.rig_gain.median)
 
 

@@ -62,7 +62,7 @@ def test_data_that_name_no_rigs_say_so() -> None:
 
 
 def test_errors_that_no_rig_states_are_named() -> None:
-    usual = RunAssumptions().usual_errors
+    usual = RunAssumptions().usual_error_names
     assert "errors_between_runs" in said(usual_errors=usual)
     assert "errors_between_runs" not in said()
 

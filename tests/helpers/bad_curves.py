@@ -63,7 +63,7 @@ def damaged(measurements: Measurements, rows: list[int], damage: Damage) -> Meas
     """The points with some curves damaged; each curve is in ascending order of slip."""
     mu = measurements.mu.copy()
     for row in rows:
-        points = measurements.curve == row
+        points = measurements.curve_of_point == row
         pressure = float(measurements.conditions[row, 0])
         mu[points] = damage(mu[points], measurements.slip[points], pressure)
     return replace(measurements, mu=mu)

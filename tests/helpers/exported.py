@@ -86,12 +86,12 @@ def grid() -> pd.DataFrame:
 def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """Columns that the exported functions take: the law's groups that it follows, and S."""
     groups = fit.law.group_values(rows[list(fit.law.conditions)].to_numpy())
-    return np.column_stack([groups[:, fit.fitted.coefficients.followed], rows[SLIP]])
+    return np.column_stack([groups[:, fit.fitted.coefficients.is_followed_group], rows[SLIP]])
 
 
 def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """mu by the library's own prediction, not by anything of the exports."""
-    fixed = [each.condition for each in fit.fitted.coefficients.fixed]
+    fixed = [each.condition for each in fit.fitted.coefficients.fixed_conditions]
     conditions = rows.assign(**dict.fromkeys(fixed, np.nan))[list(fit.law.conditions)].to_numpy()
     return fit.fitted.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
 

@@ -71,4 +71,4 @@ def polished(
 ) -> tuple[Problem, Optimum]:
     """The problem, and the optimum next to its true constants."""
     problem = problem_of(points, law)
-    return problem, polish(problem, to_internal(law, np.array(truth))[problem.free])
+    return problem, polish(problem, to_internal(law, np.array(truth))[problem.is_free])

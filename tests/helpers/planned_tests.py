@@ -67,12 +67,12 @@ def run_tests(
     curves = curves_at(conditions)
     drawn = of_run.of_curve * random.standard_normal((len(conditions), 5))
     drawn[:, :4] += 0.0 if of_rig is None else of_rig
-    load, force, speed, temperature, zero = drawn[curves.curve].T
-    p, u, t = curves.conditions[curves.curve].T
+    load, force, speed, temperature, zero = drawn[curves.curve_of_point].T
+    p, u, t = curves.conditions[curves.curve_of_point].T
     true = np.column_stack([p / np.cbrt(1 + load), u / (1 + speed), t - temperature])
     point = np.arange(len(p))
     mu = LAW.traction(TRUTH, Curves(true, curves.load_n, point, curves.slip).observations(LAW))
-    read = mu / (1 + load) * (1 + force) + zero / curves.load_n[curves.curve]
+    read = mu / (1 + load) * (1 + force) + zero / curves.load_n[curves.curve_of_point]
     frame = pd.DataFrame(conditions, columns=list(CONDITIONS)).assign(load_n=curves.load_n)
     return accepted_points(OIL, frame, SLIP, read, of_run.point, random)
 
@@ -86,11 +86,11 @@ def refit(
     """
     data = problem_of(points).data
     load = CONTACT.load_n(data.conditions[:, 0])
-    curves = Curves(data.conditions, load, data.curve, data.slip)
+    curves = Curves(data.conditions, load, data.curve_of_point, data.slip)
     of_run = of_run or Errors()
     effect = curve_error_slopes(LAW, TRUTH, curves)
     roots = []
-    for part in points_of_curves(data.curve):
+    for part in points_of_curves(data.curve_of_point):
         d = effect[part] * of_run.of_curve
         of_points = d @ d.T + of_run.point**2 * np.eye(len(part))
         roots.append(np.linalg.inv(np.linalg.cholesky(of_points)))

@@ -115,7 +115,9 @@ def simulated(
     if errors.kind == "het":
         noise *= 1 + 0.005 / mu
     measured = mu * (1 + gain[curve]) * (1 + noise) + zero[curve]
-    return Measurements(conditions, curve, slip, measured, rig=rig if errors.rig_gain > 0 else None)
+    return Measurements(
+        conditions, curve, slip, measured, rig_of_curve=rig if errors.rig_gain > 0 else None
+    )
 
 
 def fitted_law(measurements: Measurements) -> FreeLaw:

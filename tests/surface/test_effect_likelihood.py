@@ -8,7 +8,7 @@ import scipy.stats
 
 from lawless_truths import TRUTHS
 from oilfilm.surface import effect_likelihood as effect_likelihood_module
-from oilfilm.surface.effect_likelihood import EXPECTED, effect_likelihood
+from oilfilm.surface.effect_likelihood import INDEX_OF_FIT, effect_likelihood
 from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
@@ -34,17 +34,20 @@ def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
         sizes[number] = np.sqrt(ratio * expected)
         total = replace(covariance, sizes=replace(covariance.sizes, effects=sizes)).matrix()
         column = covariance.curves.effects[:, number]
-        mean = size * pattern[covariance.curves.curve] * column
+        mean = size * pattern[covariance.curves.curve_of_coordinate] * column
         density = scipy.stats.multivariate_normal(mean, total).logpdf(covariance.curves.departure)
         # what is known of a size before the data: 0.6 in its logarithm
         return density - (np.log(ratio) / 2 / 0.6) ** 2 / 2
 
-    ratios = effect_likelihood_module._VARIANCES
+    ratios = effect_likelihood_module._VARIANCE_RATIOS
     size = 0.7 * np.sqrt(expected)
     first = log_density(1.0, 0.0)
-    for chosen in (3, EXPECTED, 22):
+    for chosen in (3, INDEX_OF_FIT, 22):
         information = likelihood.information(chosen)
-        steady = likelihood.steady[chosen] - likelihood.steady[EXPECTED]
+        steady = (
+            likelihood.twice_ln_likelihood_of_steady_runs()[chosen]
+            - likelihood.twice_ln_likelihood_of_steady_runs()[INDEX_OF_FIT]
+        )
         assert steady == pytest.approx(2 * (log_density(ratios[chosen], 0.0) - first), abs=1e-3)
         changed = 2 * size * information.pull @ pattern
         changed -= size**2 * pattern @ information.times(pattern)
@@ -57,9 +60,12 @@ def test_features_of_all_conditions_give_the_exact_likelihood(covariance, monkey
     monkeypatch.setattr(effect_likelihood_module, "LARGEST_DENSE", 1)
     featured = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
     for effect in EFFECTS:
-        difference = exact[effect].steady - featured[effect].steady
+        difference = (
+            exact[effect].twice_ln_likelihood_of_steady_runs()
+            - featured[effect].twice_ln_likelihood_of_steady_runs()
+        )
         assert np.ptp(difference) < 1e-2
-        for number in (2, EXPECTED, 25):
+        for number in (2, INDEX_OF_FIT, 25):
             left, right = exact[effect].information(number), featured[effect].information(number)
             unit = np.eye(len(left.pull))
             np.testing.assert_allclose(right.pull, left.pull, atol=1e-5 * np.ptp(left.pull))

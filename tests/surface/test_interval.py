@@ -14,7 +14,7 @@ from oilfilm.surface.interval import (
 from oilfilm.surface.kernels import DepartureSizes
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.posterior import LeftOut
-from oilfilm.surface.reduction import box_of, reduced
+from oilfilm.surface.reduction import box_of, reduced_curves
 from oilfilm.surface.reml import CurveCovariance, Sizes
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import grid, simulated
@@ -22,7 +22,7 @@ from surface_campaigns import grid, simulated
 ONLY_NOISE = Sizes(
     effects=np.zeros(4),
     noise=0.01,
-    departure=DepartureSizes(1e-4, np.ones(3), 1.0, 1.0, np.ones(3), 1.0),
+    departure_sizes=DepartureSizes(1e-4, np.ones(3), 1.0, 1.0, np.ones(3), 1.0),
 )
 
 
@@ -111,12 +111,14 @@ def test_band_of_independent_errors_is_that_of_their_largest():
     measured = simulated(TRUTHS["own"], conditions, random, slips=slips).in_canonical_order()
     law = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
     box = box_of(measured)
-    covariance = CurveCovariance(reduced(measured, law, law.log_mu, 4e-5, box), box, ONLY_NOISE)
+    covariance = CurveCovariance(
+        reduced_curves(measured, law, law.log_mu, 4e-5, box), box, ONLY_NOISE
+    )
     left_out = []
     for curve in range(len(conditions)):
-        coordinates = np.flatnonzero(covariance.curves.curve == curve)
+        coordinates = np.flatnonzero(covariance.curves.curve_of_coordinate == curve)
         left_out.append(LeftOut(coordinates, np.eye(4) / ONLY_NOISE.noise**2, np.zeros(4)))
     numbers = np.arange(len(conditions))
-    factors = interval_factors(covariance, measured.curve, numbers, left_out, 0.95)
+    factors = interval_factors(covariance, measured.curve_of_point, numbers, left_out, 0.95)
     assert factors.point == pytest.approx(1.96, abs=0.001)
     assert factors.curve == pytest.approx(2.49, abs=0.03)

@@ -32,8 +32,8 @@ def test_exchanged_labels_are_found_with_the_right_temperatures(truth):
     swap = swapped_temperatures(surface)
     assert swap is not None
     assert swap.is_alarm
-    assert set(curves[swap.rows].tolist()) == set(rows.tolist())
-    np.testing.assert_allclose(swap.temperatures_c, true[curves[swap.rows], 2])
+    assert set(curves[swap.curve_indices].tolist()) == set(rows.tolist())
+    np.testing.assert_allclose(swap.temperatures_c, true[curves[swap.curve_indices], 2])
 
 
 @pytest.mark.parametrize("truth", ["own", "jt"])

@@ -23,7 +23,7 @@ def test_mu_is_that_of_the_equation():
 
 def test_slopes_of_free_constants_are_those_of_differences():
     slopes = law(fixed=(3, 7)).log_slopes(AT, SLIP)
-    free = np.flatnonzero(law(fixed=(3, 7)).free)
+    free = np.flatnonzero(law(fixed=(3, 7)).is_free)
     for column, number in enumerate(free):
         change = 1e-6 * np.eye(12)[number]
         rise = law(DENG_CONSTANTS + change).log_mu(AT, SLIP)
@@ -34,10 +34,10 @@ def test_slopes_of_free_constants_are_those_of_differences():
 def test_an_exponent_of_six_is_at_its_bound():
     constants = DENG_CONSTANTS.copy()
     constants[5] = 6.0
-    assert np.flatnonzero(law(constants).at_bound()).tolist() == [5]
+    assert np.flatnonzero(law(constants).is_at_bound()).tolist() == [5]
     # numbered among the free constants
-    assert np.flatnonzero(law(constants, fixed=(3,)).at_bound()).tolist() == [4]
-    assert not law().at_bound().any()
+    assert np.flatnonzero(law(constants, fixed=(3,)).is_at_bound()).tolist() == [4]
+    assert not law().is_at_bound().any()
 
 
 def test_a_law_on_other_conditions_gets_them_from_pressure_speed_and_temperature():

@@ -42,8 +42,8 @@ def test_a_campaign_may_state_narrower_levels():
     conditions = [(1.0, 20.0, 40.0), (1.0, 20.0, 43.0)]
     wide = points(conditions)
     narrow = replace(wide, level_widths=LevelWidths(temperature_k=2.0))
-    assert wide.condition_numbers().tolist() == [0, 0]
-    assert narrow.condition_numbers().tolist() == [0, 1]
+    assert wide.condition_of_curve().tolist() == [0, 0]
+    assert narrow.condition_of_curve().tolist() == [0, 1]
     assert narrow.in_canonical_order().level_widths == narrow.level_widths
 
 
@@ -62,7 +62,7 @@ def test_a_dense_row_of_values_is_not_one_level():
 
 def test_repeated_runs_share_a_condition():
     conditions = [(1.0, 20.0, 40.0), (1.5, 20.0, 40.0), (1.0, 20.1, 40.5)]
-    first, other, repeated = points(conditions).condition_numbers()
+    first, other, repeated = points(conditions).condition_of_curve()
     assert first == repeated != other
 
 
@@ -73,12 +73,12 @@ def test_the_canonical_order_does_not_depend_on_the_order_of_curves_and_points()
     rows = random.permutation(24)
     mixed = Measurements(
         measured.conditions[curves],
-        np.argsort(curves)[measured.curve][rows],
+        np.argsort(curves)[measured.curve_of_point][rows],
         measured.slip[rows],
         measured.mu[rows],
     )
     one, other = measured.in_canonical_order(), mixed.in_canonical_order()
-    for name in ("conditions", "curve", "slip", "mu"):
+    for name in ("conditions", "curve_of_point", "slip", "mu"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))
 
 
@@ -97,6 +97,6 @@ def test_the_canonical_order_does_not_depend_on_the_order_of_curves_and_points()
 )
 def test_bad_arrays_are_refused_with_what_was_found(change, message):
     good = points([(1.0, 20.0, 40.0)])
-    arrays = {name: getattr(good, name) for name in ("conditions", "curve", "slip", "mu")}
+    arrays = {name: getattr(good, name) for name in ("conditions", "curve_of_point", "slip", "mu")}
     with pytest.raises(ValueError, match=message):
         Measurements(**{**arrays, **change})

@@ -22,7 +22,7 @@ def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
     measured = simulated(TRUTHS[truth], latin(), np.random.default_rng(seed), slips=SLIPS)
     conditions = measured.conditions.copy()
     conditions[FEW, 1] *= speed_factor
-    slip = measured.slip * np.where(FEW, slip_factor, 1.0)[measured.curve]
+    slip = measured.slip * np.where(FEW, slip_factor, 1.0)[measured.curve_of_point]
     measured = replace(measured, conditions=conditions, slip=slip)
     curves, _ = measured.canonical_order()
     return fit_surface(measured, fitted_law(measured)), FEW[curves]
@@ -37,7 +37,7 @@ def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
     assert misreading is not None
     assert misreading.is_alarm
     assert (misreading.quantity, misreading.factor) == (quantity, factor)
-    np.testing.assert_array_equal(misreading.members, few)
+    np.testing.assert_array_equal(misreading.is_misread, few)
 
 
 @pytest.mark.parametrize("truth", ["own", "jt"])
@@ -50,7 +50,7 @@ def test_right_readings_stay(truth):
 def test_runs_put_right_have_the_true_readings():
     surface, few = surface_of("own", speed_factor=2.0)
     misreading = misread_runs(surface, {"form=B": few})
-    right = misreading.put_right(surface.measurements)
+    right = misreading.corrected(surface.measurements)
     assert set(np.round(right.conditions[:, 1])) == {25.0, 30.0, 35.0, 40.0}
 
 

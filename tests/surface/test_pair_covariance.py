@@ -17,7 +17,7 @@ from planted_pairs import times
 from surface_campaigns import random_conditions, simulated
 
 KNOWN = pair_priors(RunErrorSizes())
-EXPECTED = np.log([prior.median for prior in KNOWN])
+INDEX_OF_FIT = np.log([prior.median for prior in KNOWN])
 
 
 @pytest.fixture(scope="module")
@@ -34,14 +34,14 @@ def runs():
 @pytest.fixture(scope="module")
 def curves(runs):
     law = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
-    return runs.reduced(law, (law.log_mu, law.log_mu), 4e-5)
+    return runs.reduced_curves(law, (law.log_mu, law.log_mu), 4e-5)
 
 
 def test_slopes_of_the_likelihood_are_those_of_differences(runs, curves):
     def covariance_of(sizes):
-        return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil, sizes)
+        return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil_of_curve, sizes)
 
-    start = EXPECTED + 0.1
+    start = INDEX_OF_FIT + 0.1
     _, slopes = objective(start, covariance_of, KNOWN)
     by_differences = scipy.optimize.approx_fprime(
         start, lambda logarithms: objective(logarithms, covariance_of, KNOWN)[0], 1e-6
@@ -53,10 +53,10 @@ def test_in_pairs_the_ratio_depends_on_differences_only(runs, curves):
     # both oils with the same design of effects: sums and differences are then independent
     half = len(curves.departure) // 2
     same = replace(curves, effects=np.vstack([curves.effects[:half]] * 2))
-    sizes = PairSizes.from_logarithms(EXPECTED)
-    pair = PairCovariance.from_curves(same, box_of(runs.stacked), runs.oil, sizes)
+    sizes = PairSizes.from_logarithms(INDEX_OF_FIT)
+    pair = PairCovariance.from_curves(same, box_of(runs.stacked), runs.oil_of_curve, sizes)
     covariance = pair.matrix()
-    across = pair.ratio_covariance(pair.measured)[:half]
+    across = pair.ratio_covariance_at(pair.all_coordinates)[:half]
     ratio = across @ np.linalg.solve(covariance, curves.departure)
 
     # the textbook formula on the differences alone, whatever both share
@@ -73,7 +73,7 @@ def test_in_pairs_the_ratio_depends_on_differences_only(runs, curves):
 
 
 def test_caution_never_makes_a_departure_smaller():
-    sizes = PairSizes.from_logarithms(EXPECTED)
+    sizes = PairSizes.from_logarithms(INDEX_OF_FIT)
     cautious = sizes.with_caution()
-    assert cautious.ratio.departure.kappa > sizes.ratio.departure.kappa
-    assert cautious.common is sizes.common
+    assert cautious.ratio_sizes.departure_sizes.kappa > sizes.ratio_sizes.departure_sizes.kappa
+    assert cautious.common_sizes is sizes.common_sizes

@@ -21,7 +21,7 @@ from oilfilm.surface.posterior import (
     spread_out,
     weighted_covariance,
 )
-from oilfilm.surface.reduction import at_points, box_of, reduced
+from oilfilm.surface.reduction import box_of, coordinates_at_points, reduced_curves
 from oilfilm.surface.reml import CurveCovariance, Sizes
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import fitted_law, grid, random_conditions, simulated
@@ -30,7 +30,7 @@ LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
 SIZES = Sizes(
     effects=np.array([0.008, 4e-5, 0.004, 0.5]),
     noise=0.003,
-    departure=DepartureSizes(
+    departure_sizes=DepartureSizes(
         kappa=0.2,
         main=np.array([0.5, 0.7, 0.9]),
         interaction=0.3,
@@ -49,7 +49,7 @@ LARGEST_BYTES_OF_A_CURVE = 8_000
 
 def covariance_of(measured, law=LAW):
     box = box_of(measured)
-    return CurveCovariance(reduced(measured, law, law.log_mu, 4e-5, box), box, SIZES)
+    return CurveCovariance(reduced_curves(measured, law, law.log_mu, 4e-5, box), box, SIZES)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +73,7 @@ def with_speed(points, speed):
 
 def plain_covariance(measured, left, right, law):
     """Smooth covariance between points (conditions, slip), term by term as the recipe states it."""
-    box, of = box_of(measured), SIZES.departure
+    box, of = box_of(measured), SIZES.departure_sizes
     middle, half = (box.lowest + box.highest) / 2, (box.highest - box.lowest) / 2
     x, y = (scaled_conditions(conditions) - middle for conditions, _ in (left, right))
     over_slip = plain_matern(scaled_slip(left[1]), scaled_slip(right[1]), of.slip_length)
@@ -103,7 +103,7 @@ def plain_posterior(measured, kept, law=LAW):
     conditions, slip = measured.point_conditions[kept], measured.slip[kept]
     at = (conditions, slip)
     design = effect_design(law.log_mu, *at) * SIZES.effects
-    curve = measured.curve[kept]
+    curve = measured.curve_of_point[kept]
     total = plain_covariance(measured, at, at, law) + SIZES.noise**2 * np.eye(len(slip))
     total += (curve[:, None] == curve) * (design @ design.T)
     across = plain_covariance(measured, (NEW, NEW_SLIP), at, law)
@@ -115,7 +115,7 @@ def plain_posterior(measured, kept, law=LAW):
 
 def test_posterior_is_that_of_all_points(measured):
     posterior = DensePosterior(covariance_of(measured))
-    places = at_points(LAW, box_of(measured), NEW, NEW_SLIP)
+    places = coordinates_at_points(LAW, box_of(measured), NEW, NEW_SLIP)
     mean, variance, *_ = plain_posterior(measured, np.ones(len(measured.mu), dtype=bool))
     np.testing.assert_allclose(posterior.mean(places), mean, atol=1e-8)
     np.testing.assert_allclose(posterior.variance(places), variance, rtol=1e-5)
@@ -128,7 +128,7 @@ def test_reduction_of_twenty_slips_never_promises_more_than_all_points():
     measured = simulated(TRUTHS["sol"], CONDITIONS, random, slips=slips).in_canonical_order()
     law = fitted_law(measured)
     posterior = DensePosterior(covariance_of(measured, law))
-    places = at_points(law, box_of(measured), NEW, NEW_SLIP)
+    places = coordinates_at_points(law, box_of(measured), NEW, NEW_SLIP)
     everything = np.ones(len(measured.mu), dtype=bool)
     mean, variance, *_ = plain_posterior(measured, everything, law)
     spread = np.sqrt(posterior.variance(places))
@@ -138,11 +138,11 @@ def test_reduction_of_twenty_slips_never_promises_more_than_all_points():
 
 
 def test_left_out_condition_is_predicted_as_without_its_runs(measured):
-    group = measured.condition_numbers()
+    group = measured.condition_of_curve()
     for number, left_out in enumerate(DensePosterior(covariance_of(measured)).left_out(group)):
         if number not in (0, 7):
             continue
-        out = group[measured.curve] == number
+        out = group[measured.curve_of_point] == number
         _, _, total, departure = plain_posterior(measured, np.ones(len(out), dtype=bool))
         weights = scipy.linalg.solve(total[np.ix_(~out, ~out)], total[np.ix_(~out, out)]).T
         error = departure[out] - weights @ departure[~out]
@@ -154,14 +154,14 @@ def test_left_out_condition_is_predicted_as_without_its_runs(measured):
 def test_nystrom_with_all_curves_is_the_dense_posterior(measured):
     covariance = covariance_of(measured)
     dense = DensePosterior(covariance)
-    nystrom = NystromPosterior(covariance, np.arange(len(covariance.curves.curve)))
-    places = at_points(LAW, covariance.box, NEW, NEW_SLIP)
+    nystrom = NystromPosterior(covariance, np.arange(len(covariance.curves.curve_of_coordinate)))
+    places = coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP)
     # the jitter of the inducing coordinates leaves 1e-5
     np.testing.assert_allclose(nystrom.mean(places), dense.mean(places), atol=2e-5)
     np.testing.assert_allclose(nystrom.variance(places), dense.variance(places), rtol=1e-3)
-    group = measured.condition_numbers()
+    group = measured.condition_of_curve()
     for one, other in zip(nystrom.left_out(group), dense.left_out(group), strict=True):
-        np.testing.assert_array_equal(one.coordinates, other.coordinates)
+        np.testing.assert_array_equal(one.coordinate_indices, other.coordinate_indices)
         np.testing.assert_allclose(one.error, other.error, atol=2e-5)
     change, spread = nystrom.freedom_of_law()
     np.testing.assert_allclose(change, dense.freedom_of_law()[0], atol=3e-3)
@@ -173,10 +173,10 @@ def test_blocks_of_curves_change_nothing(monkeypatch):
     random = np.random.default_rng(14)
     conditions = np.repeat(CONDITIONS[:7], 3, axis=0)
     measured = simulated(TRUTHS["sol"], conditions, random, slips=FEW_SLIPS).in_canonical_order()
-    covariance, group = covariance_of(measured), measured.condition_numbers()
-    places = at_points(LAW, covariance.box, NEW, NEW_SLIP)
+    covariance, group = covariance_of(measured), measured.condition_of_curve()
+    places = coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP)
     # inducing coordinates of few curves, so that a remainder is left
-    inducing = np.flatnonzero(covariance.curves.curve < 6)
+    inducing = np.flatnonzero(covariance.curves.curve_of_coordinate < 6)
     whole = NystromPosterior(covariance, inducing)
     expected = [whole.mean(places), whole.variance(places)]
     expected_left_out = list(whole.left_out(group))
@@ -184,18 +184,22 @@ def test_blocks_of_curves_change_nothing(monkeypatch):
     parts = NystromPosterior(covariance, inducing)
     np.testing.assert_allclose([parts.mean(places), parts.variance(places)], expected, rtol=1e-6)
     for one, other in zip(parts.left_out(group), expected_left_out, strict=True):
-        np.testing.assert_array_equal(one.coordinates, other.coordinates)
+        np.testing.assert_array_equal(one.coordinate_indices, other.coordinate_indices)
         np.testing.assert_allclose(one.error, other.error, atol=1e-7)
 
 
 def test_factor_of_a_curve_is_that_of_what_only_its_points_share(measured):
     covariance = covariance_of(measured)
-    basis = covariance.curves.select(np.flatnonzero(covariance.curves.curve < 6))
-    posterior = NystromPosterior(covariance, np.flatnonzero(covariance.curves.curve < 6))
-    every = list(posterior.by_curve())
+    basis = covariance.curves.select_coordinates(
+        np.flatnonzero(covariance.curves.curve_of_coordinate < 6)
+    )
+    posterior = NystromPosterior(
+        covariance, np.flatnonzero(covariance.curves.curve_of_coordinate < 6)
+    )
+    every = list(posterior.features_by_curve())
     assert len(every) == len(measured.conditions)
     coordinates, features, factor = every[8]
-    part = covariance.curves.select(coordinates)
+    part = covariance.curves.select_coordinates(coordinates)
     # what the basis explains, and what it leaves over beside the errors of the run
     across = smooth_covariance(covariance, part, basis)
     among = smooth_covariance(covariance, basis, basis)
@@ -209,9 +213,11 @@ def test_weighted_covariance_is_that_of_all_coordinates(measured):
     # places that share conditions, and slips of their own
     conditions, slip = np.repeat(NEW, 4, axis=0), np.geomspace(0.004, 0.25, 12)
     covariance = covariance_of(measured)
-    everything = covariance.curves.select(np.arange(len(covariance.curves.curve)))
-    weights = np.random.default_rng(15).standard_normal(len(covariance.curves.curve))
-    places = at_points(LAW, covariance.box, conditions, slip)
+    everything = covariance.curves.select_coordinates(
+        np.arange(len(covariance.curves.curve_of_coordinate))
+    )
+    weights = np.random.default_rng(15).standard_normal(len(covariance.curves.curve_of_coordinate))
+    places = coordinates_at_points(LAW, covariance.box, conditions, slip)
     expected = smooth_covariance(covariance, places, everything) @ weights
     found = weighted_covariance(covariance, places, everything, weights)
     np.testing.assert_allclose(found, expected, rtol=1e-9, atol=1e-9)
@@ -220,8 +226,8 @@ def test_weighted_covariance_is_that_of_all_coordinates(measured):
 def test_fewer_inducing_conditions_never_promise_more_than_the_dense_posterior(measured):
     covariance = covariance_of(measured)
     chosen = spread_out(covariance.curves.conditions, 6)
-    inducing = np.flatnonzero(np.isin(covariance.curves.curve, chosen))
-    places = at_points(LAW, covariance.box, NEW, NEW_SLIP)
+    inducing = np.flatnonzero(np.isin(covariance.curves.curve_of_coordinate, chosen))
+    places = coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP)
     nystrom, dense = NystromPosterior(covariance, inducing), DensePosterior(covariance)
     assert np.all(nystrom.variance(places) > 0.999 * dense.variance(places))
 
@@ -244,9 +250,9 @@ def peak_memory(runs):
     measured = simulated(TRUTHS["jt"], conditions, random, slips=FEW_SLIPS)
     with peak_bytes() as peak:
         covariance = covariance_of(measured)
-        inducing = np.flatnonzero(np.isin(covariance.curves.curve, np.arange(12)))
+        inducing = np.flatnonzero(np.isin(covariance.curves.curve_of_coordinate, np.arange(12)))
         posterior = NystromPosterior(covariance, inducing)
-        posterior.mean(at_points(LAW, covariance.box, NEW, NEW_SLIP))
+        posterior.mean(coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP))
         for _ in posterior.left_out(np.arange(runs)):
             pass
     return peak()

@@ -15,7 +15,7 @@ def test_constants_of_exact_points_are_found():
     measured = simulated(TRUTHS["own"], latin(), np.random.default_rng(1), NO_ERRORS)
     law = quick_law(PAPER_LAW, measured, 1e-5)
     assert law.constants == pytest.approx(DENG_CONSTANTS, abs=1e-3)
-    assert law.free.all()
+    assert law.is_free.all()
 
 
 def test_exponents_of_a_condition_that_was_not_varied_are_held():
@@ -24,7 +24,7 @@ def test_exponents_of_a_condition_that_was_not_varied_are_held():
     law = quick_law(PAPER_LAW, measured, 1e-5)
     held = [
         constant.name
-        for constant, free in zip(PAPER_LAW.constants, law.free, strict=True)
+        for constant, free in zip(PAPER_LAW.constants, law.is_free, strict=True)
         if not free
     ]
     assert held == ["A2", "B2", "C2"]

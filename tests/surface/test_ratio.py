@@ -53,7 +53,7 @@ def test_a_planted_ratio_is_inside_narrow_and_certain_with_24_runs_of_each_oil(f
     prediction = fitted.predict(*asked(200, 43))
     factors = fitted.interval_factors
     assert factors.level == 0.95
-    assert (prediction.support == Support.SUPPORTED).all() and not prediction.outside.any()
+    assert (prediction.support_codes == Support.SUPPORTED).all() and not prediction.is_outside.any()
     lower, upper = prediction.interval(factors.point)
     assert np.mean((lower < PLANTED_RATIO) & (PLANTED_RATIO < upper)) >= 0.95
     assert np.median(factors.point * prediction.sd) <= 0.015
@@ -82,7 +82,7 @@ def test_order_of_rows_and_of_oils_changes_no_digit(oils, fitted):
                 oil,
                 measurements=Measurements(
                     points.conditions[curves],
-                    np.argsort(curves)[points.curve][rows],
+                    np.argsort(curves)[points.curve_of_point][rows],
                     points.slip[rows],
                     points.mu[rows],
                 ),
@@ -130,9 +130,9 @@ def test_conditions_of_one_oil_count_and_raise_no_level():
 def test_what_an_oil_was_not_tested_at_is_marked(fitted):
     at = np.array([[1.2, 30.0, 70.0], [2.5, 30.0, 70.0], [1.2, 30.0, 70.0]])
     prediction = fitted.predict(at, np.array([0.05, 0.05, 3.0]))
-    assert prediction.outside.tolist() == [False, True, True]
-    assert prediction.support[1] == Support.FAR_FROM_TESTED_CONDITIONS
-    assert prediction.support[2] == Support.FAR_FROM_TESTED_SLIPS
+    assert prediction.is_outside.tolist() == [False, True, True]
+    assert prediction.support_codes[1] == Support.FAR_FROM_TESTED_CONDITIONS
+    assert prediction.support_codes[2] == Support.FAR_FROM_TESTED_SLIPS
     assert np.isnan(prediction.interval(2.0)[0]).tolist() == [False, True, True]
 
 

@@ -7,7 +7,7 @@ from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import reml
 from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.reduction import box_of, reduced
+from oilfilm.surface.reduction import box_of, reduced_curves
 from oilfilm.surface.reml import MISFIT, most_likely_sizes, objective, priors, size_names
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import PlantedErrors, fitted_law, grid, simulated
@@ -27,7 +27,7 @@ OPEN = RunErrorSizes(
 def curves_about(law, measured):
     ordered = measured.in_canonical_order()
     box = box_of(ordered)
-    return reduced(ordered, law, law.log_mu, 4e-5, box), box
+    return reduced_curves(ordered, law, law.log_mu, 4e-5, box), box
 
 
 @pytest.mark.parametrize("speeds", [(25.0, 40.0), (25.0, 32.0, 40.0)])
@@ -75,7 +75,7 @@ def test_misfit_tells_a_true_law_from_a_wrong_one():
     kappa = {}
     for name in ("own", "sol"):
         measured = simulated(TRUTHS[name], CUBE, np.random.default_rng(7))
-        kappa[name] = _most_likely(fitted_law(measured), measured).departure.kappa
+        kappa[name] = _most_likely(fitted_law(measured), measured).departure_sizes.kappa
     # the limit below which constants of a law have standard errors
     assert kappa["own"] < 0.02 < kappa["sol"]
 

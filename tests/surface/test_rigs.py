@@ -11,7 +11,7 @@ from oilfilm.surface import surface as surface_module
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, smooth_covariance
-from oilfilm.surface.reduction import ANOTHER_RIG, at_points, box_of, reduced
+from oilfilm.surface.reduction import ANOTHER_RIG, box_of, coordinates_at_points, reduced_curves
 from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, objective, priors, size_names
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
@@ -57,7 +57,7 @@ def covariance_of(measured, rig_gain=0.02):
     box = box_of(ordered)
     logarithms = np.log([prior.median for prior in KNOWN])
     sizes = replace(Sizes.from_logarithms(logarithms), rig_gain=rig_gain)
-    return CurveCovariance(reduced(ordered, LAW, LAW.log_mu, 4e-5, box), box, sizes)
+    return CurveCovariance(reduced_curves(ordered, LAW, LAW.log_mu, 4e-5, box), box, sizes)
 
 
 def test_the_gradient_has_the_gain_of_rigs(measured):
@@ -84,11 +84,11 @@ def test_posterior_on_a_rig_is_that_of_a_normal_distribution(measured, rig):
     # 8 slips are as many as a curve has coordinates at most, so that points are coordinates
     covariance = covariance_of(measured)
     curves = covariance.curves
-    places = at_points(LAW, covariance.box, NEW, NEW_SLIP)
-    places = replace(places, rig=np.full(2, rig))
+    places = coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP)
+    places = replace(places, rig_of_coordinate=np.full(2, rig))
     without = covariance_of(measured, rig_gain=0.0)
-    rig_of_coordinate = measured.in_canonical_order().rig[curves.curve]
-    everything = curves.select(np.arange(len(curves.curve)))
+    rig_of_coordinate = measured.in_canonical_order().rig_of_curve[curves.curve_of_coordinate]
+    everything = curves.select_coordinates(np.arange(len(curves.curve_of_coordinate)))
     across = smooth_covariance(without, places, everything)
     across = across + 0.02**2 * (rig_of_coordinate == rig)
     total = without.matrix()
@@ -99,7 +99,7 @@ def test_posterior_on_a_rig_is_that_of_a_normal_distribution(measured, rig):
     np.testing.assert_allclose(dense.mean(places), solved @ curves.departure, atol=1e-8)
     variance = own - np.sum(solved * across, axis=1)
     np.testing.assert_allclose(dense.variance(places), variance, rtol=1e-5)
-    nystrom = NystromPosterior(covariance, np.arange(len(curves.curve)))
+    nystrom = NystromPosterior(covariance, np.arange(len(curves.curve_of_coordinate)))
     np.testing.assert_allclose(nystrom.mean(places), dense.mean(places), atol=2e-5)
     np.testing.assert_allclose(nystrom.variance(places), dense.variance(places), rtol=1e-3)
 
@@ -149,10 +149,10 @@ def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted):
     mixed = replace(
         measured,
         conditions=measured.conditions[curves],
-        curve=np.argsort(curves)[measured.curve][rows],
+        curve_of_point=np.argsort(curves)[measured.curve_of_point][rows],
         slip=measured.slip[rows],
         mu=measured.mu[rows],
-        rig=np.array([7, 1, 4])[measured.rig[curves]],
+        rig_of_curve=np.array([7, 1, 4])[measured.rig_of_curve[curves]],
     )
     other = fit_surface(mixed, fitted.law)
     assert other.covariance.sizes.rig_gain == fitted.covariance.sizes.rig_gain
@@ -164,8 +164,8 @@ def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted):
 
 def test_runs_of_one_rig_are_as_runs_whose_rig_is_not_named(measured):
     law = fitted_law(measured)
-    one_rig = fit_surface(replace(measured, rig=np.zeros(27, dtype=np.int64)), law)
-    unnamed = fit_surface(replace(measured, rig=None), law)
+    one_rig = fit_surface(replace(measured, rig_of_curve=np.zeros(27, dtype=np.int64)), law)
+    unnamed = fit_surface(replace(measured, rig_of_curve=None), law)
     for name in ("mu", "surface_sd", "next_run_sd"):
         one = getattr(one_rig.predict(NEW, NEW_SLIP), name)
         np.testing.assert_array_equal(one, getattr(unnamed.predict(NEW, NEW_SLIP), name))
@@ -178,7 +178,7 @@ def test_an_unknown_rig_is_refused(fitted):
 
 def test_rigs_without_a_number_each_are_refused(measured):
     with pytest.raises(ValueError, match="number of a rig"):
-        replace(measured, rig=measured.rig[1:])
+        replace(measured, rig_of_curve=measured.rig_of_curve[1:])
 
 
 def test_a_large_campaign_knows_each_rig(measured, fitted, monkeypatch):
@@ -186,8 +186,10 @@ def test_a_large_campaign_knows_each_rig(measured, fitted, monkeypatch):
     monkeypatch.setattr(surface_module, "LARGEST_DENSE", 5)
     monkeypatch.setattr(surface_module, "_INDUCING_CONDITIONS", 2)
     large = fit_surface(measured, fitted.law)
-    chosen = np.unique(large.covariance.curves.curve[large.posterior.inducing])
-    assert set(large.covariance.curves.rig[chosen]) == {0, 1, 2}
+    chosen = np.unique(
+        large.covariance.curves.curve_of_coordinate[large.posterior.inducing_indices]
+    )
+    assert set(large.covariance.curves.rig_of_curve[chosen]) == {0, 1, 2}
 
 
 def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, monkeypatch):
@@ -195,7 +197,7 @@ def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, mo
     monkeypatch.setattr(surface_module, "_CURVES_FOR_SIZES", 2)
     sample = surface_module._sample(measured.in_canonical_order())
     assert len(sample.conditions) < 6
-    assert set(sample.rig) == {0, 1, 2}
+    assert set(sample.rig_of_curve) == {0, 1, 2}
 
 
 @pytest.mark.parametrize("kind", ["norm", "logn", "heavy"])

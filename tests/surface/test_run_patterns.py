@@ -37,7 +37,7 @@ def test_ratios_of_all_kinds_are_those_of_their_columns(sign, monkeypatch):
         ratios = patterns.ratios(known, precision=0.3)
         assert len(ratios) == patterns.count
         for number, ratio in enumerate(ratios):
-            columns = patterns.columns(number)
+            columns = patterns.pattern_columns(number)
             pull = known.pull @ columns
             power = columns.T @ known.times(columns) + 0.3 * np.eye(columns.shape[1])
             direct = pull @ np.linalg.inv(power) @ pull
@@ -46,13 +46,13 @@ def test_ratios_of_all_kinds_are_those_of_their_columns(sign, monkeypatch):
 
 def test_patterns_over_time_are_steps_blocks_runs_and_seasons():
     by_kind = {patterns.kind: patterns for patterns in patterns_over_time(np.arange(12), 3, 6)}
-    assert by_kind["step"].columns(0)[:, 0].tolist() == [0] * 3 + [1] * 9
+    assert by_kind["step"].pattern_columns(0)[:, 0].tolist() == [0] * 3 + [1] * 9
     assert by_kind["step"].count == 7
     # blocks of two to four runs, a third of twelve at most
     assert by_kind["block"].count == 11 + 10 + 9
     assert by_kind["run"].count == 12
     # the last season alternates from run to run
-    alternating = by_kind["season"].columns(by_kind["season"].count - 1)[:, 1]
+    alternating = by_kind["season"].pattern_columns(by_kind["season"].count - 1)[:, 1]
     np.testing.assert_allclose(alternating, np.tile([1, -1], 6))
 
 
@@ -81,7 +81,7 @@ def test_labels_of_the_same_runs_are_one_and_the_smaller_of_two_halves_stays():
     labels = {"rig b": ~few, "rig a": few, "day 1": few, "alone": one, "all": few | ~few}
     patterns = patterns_of_labels(labels)
     assert patterns.labels == ("rig a",)
-    np.testing.assert_array_equal(patterns.columns(0)[:, 0], few)
+    np.testing.assert_array_equal(patterns.pattern_columns(0)[:, 0], few)
     assert patterns_of_labels({}).count == 0
 
 

@@ -19,7 +19,7 @@ TWELVE = grid((1.0, 1.5), (25.0, 40.0), (25.0, 72.0, 120.0))
 
 
 def odd_rows(measured: Measurements) -> set[int]:
-    return {shape.curve for shape in curve_shapes(measured, PAPER_LAW) if shape.is_odd}
+    return {shape.curve_index for shape in curve_shapes(measured, PAPER_LAW) if shape.is_odd}
 
 
 @pytest.mark.parametrize("slips", [SLIPS, np.geomspace(0.006, 0.29, 6)], ids=["twelve", "six"])
@@ -60,20 +60,20 @@ def test_one_high_step_is_named_with_its_point_and_its_size():
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
     measured = damaged(clean, [7], one_step_high)
     (odd,) = [shape for shape in curve_shapes(measured, PAPER_LAW) if shape.is_odd]
-    assert odd.curve == 7
-    assert odd.point == np.flatnonzero(measured.mu != clean.mu)
+    assert odd.curve_index == 7
+    assert odd.point_index == np.flatnonzero(measured.mu != clean.mu)
     # the step is 15 % too high; the error of the gain of a run is 0.8 %
-    assert odd.expected_mu == pytest.approx(clean.mu[odd.point], rel=0.03)
+    assert odd.expected_mu == pytest.approx(clean.mu[odd.point_index], rel=0.03)
 
 
 def test_expected_traction_is_right_where_a_curve_is_ten_times_too_low():
     random = np.random.default_rng(37)
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
-    low = replace(clean, mu=np.where(clean.curve == 4, clean.mu / 10, clean.mu))
+    low = replace(clean, mu=np.where(clean.curve_of_point == 4, clean.mu / 10, clean.mu))
     (odd,) = [shape for shape in curve_shapes(low, PAPER_LAW) if shape.is_odd]
-    assert odd.curve == 4
+    assert odd.curve_index == 4
     # the spread of a new run at low traction is up to 3 %
-    assert odd.expected_mu == pytest.approx(clean.mu[odd.point], rel=0.06)
+    assert odd.expected_mu == pytest.approx(clean.mu[odd.point_index], rel=0.06)
 
 
 def test_shapes_do_not_depend_on_the_order_of_curves_and_points():
@@ -83,15 +83,20 @@ def test_shapes_do_not_depend_on_the_order_of_curves_and_points():
     points = random.permutation(len(measured.mu))
     shuffled = Measurements(
         measured.conditions[np.argsort(new_row)],
-        new_row[measured.curve[points]],
+        new_row[measured.curve_of_point[points]],
         measured.slip[points],
         measured.mu[points],
     )
     shapes = curve_shapes(measured, PAPER_LAW)
     others = curve_shapes(shuffled, PAPER_LAW)
     for shape in shapes:
-        other = others[new_row[shape.curve]]
-        assert replace(other, curve=shape.curve, point=int(points[other.point])) == shape
+        other = others[new_row[shape.curve_index]]
+        assert (
+            replace(
+                other, curve_index=shape.curve_index, point_index=int(points[other.point_index])
+            )
+            == shape
+        )
 
 
 def test_curves_of_a_large_campaign_are_judged_in_parts():
@@ -120,11 +125,11 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     weights = np.linalg.solve(total[np.ix_(others, others)], total[others, point])
     error = departure[point] - weights @ departure[others]
     spread = np.sqrt(total[point, point] - weights @ total[others, point])
-    of_curve = judged[ordered.curve[point]]
-    score = of_curve.point_scores()[of_curve.points == point]
+    of_curve = judged[ordered.curve_of_point[point]]
+    score = of_curve.point_scores()[of_curve.point_indices == point]
     assert score == pytest.approx(abs(error) / spread, rel=1e-5)
 
-    own = ordered.curve == 3
+    own = ordered.curve_of_point == 3
     across = np.linalg.solve(total[np.ix_(~own, ~own)], total[np.ix_(~own, own)]).T
     errors = departure[own] - across @ departure[~own]
     spreads = total[np.ix_(own, own)] - across @ total[np.ix_(~own, own)]

@@ -26,7 +26,7 @@ def campaign(gain_of_run, truth="jt", seed=41, conditions=None):
     """The points, with the force of each run multiplied by a gain, in canonical order."""
     conditions = latin() if conditions is None else conditions
     clean = simulated(TRUTHS[truth], conditions, np.random.default_rng(seed), slips=SLIPS)
-    measured = replace(clean, mu=clean.mu * gain_of_run[clean.curve])
+    measured = replace(clean, mu=clean.mu * gain_of_run[clean.curve_of_point])
     curves, _ = measured.canonical_order()
     return measured.in_canonical_order(), curves
 
@@ -47,7 +47,7 @@ def test_a_step_of_the_force_is_named_with_its_runs_whether_or_not_a_law_is_true
     measured, curves = campaign(np.where(TIME >= 14, 1.05, 1.0), truth)
     change = largest_change(covariance_of(measured), TIME[curves])
     assert change.is_alarm
-    assert (change.effect, change.kind) == ("gain", "step")
+    assert (change.effect_name, change.kind) == ("gain", "step")
     np.testing.assert_array_equal(change.pattern, TIME[curves] >= 14)
     # 5 % of force; the standard error of the difference of 14 and 10 runs is 0.8 %/sqrt(5.8)
     assert change.size == pytest.approx(np.log(1.05), abs=0.015)
@@ -71,7 +71,7 @@ def test_a_temperature_that_follows_day_and_night_is_a_season():
     curves, _ = measured.canonical_order()
     change = largest_change(covariance_of(measured.in_canonical_order()), TIME[curves])
     assert change.is_alarm
-    assert (change.effect, change.kind) == ("temperature_k", "season")
+    assert (change.effect_name, change.kind) == ("temperature_k", "season")
     assert change.size == pytest.approx(6.0, abs=1.5)
     assert np.corrcoef(change.pattern, day[curves])[0, 1] > 0.95
 
@@ -81,7 +81,7 @@ def test_runs_that_nothing_but_mu_tells_apart_are_named():
     measured, curves = campaign(np.where(some, 0.9, 1.0), "own")
     change = largest_change(covariance_of(measured), TIME[curves])
     assert change.is_alarm
-    assert (change.effect, change.kind) == ("gain", "group")
+    assert (change.effect_name, change.kind) == ("gain", "group")
     np.testing.assert_array_equal(change.pattern, some[curves])
     assert change.size == pytest.approx(np.log(0.9), abs=0.02)
 
@@ -96,7 +96,7 @@ def test_a_label_makes_a_smaller_change_visible():
     named = largest_change(covariance, TIME[curves], labels)
     assert not (unnamed.is_alarm and np.array_equal(unnamed.pattern, some[curves]))
     assert named.is_alarm
-    assert (named.effect, named.kind, named.label) == ("gain", "label", "ball=B7")
+    assert (named.effect_name, named.kind, named.label) == ("gain", "label", "ball=B7")
     np.testing.assert_array_equal(named.pattern, some[curves])
 
 
@@ -113,7 +113,7 @@ def test_sizes_that_no_rig_has_are_no_cause():
     covariance = covariance_of(measured)
     tiny = ChangeSizes(gain=0.01, zero=1e-6, slip_scale=0.001, temperature_k=0.1)
     change = largest_change(covariance, TIME[curves], limits=SteadinessLimits(largest=tiny))
-    assert change is None or abs(change.size) <= tiny.size_of(change.effect)
+    assert change is None or abs(change.size) <= tiny.size_of(change.effect_name)
 
 
 def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only():
@@ -170,6 +170,6 @@ def test_a_campaign_of_many_runs_is_judged_as_well():
     measured, curves = campaign(np.where(time >= 100, 1.02, 1.0), "jt", 45, conditions)
     change = largest_change(covariance_of(measured), time[curves])
     assert change.is_alarm
-    assert (change.effect, change.kind) == ("gain", "step")
+    assert (change.effect_name, change.kind) == ("gain", "step")
     assert change.size == pytest.approx(0.02, abs=0.005)
     assert np.mean(change.pattern == (time[curves] >= 100)) > 0.95

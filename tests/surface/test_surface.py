@@ -57,7 +57,7 @@ def test_order_of_curves_and_points_changes_no_digit(measured, law, fitted):
     rows = random.permutation(len(measured.mu))
     mixed = Measurements(
         measured.conditions[curves],
-        np.argsort(curves)[measured.curve][rows],
+        np.argsort(curves)[measured.curve_of_point][rows],
         measured.slip[rows],
         measured.mu[rows],
     )
@@ -147,20 +147,20 @@ def test_a_force_that_is_far_below_zero_in_half_of_the_runs_leaves_no_interval()
     # a third of the points is below zero by up to 200 errors of the zero
     random = np.random.default_rng(87)
     clean = simulated(TRUTHS["ect"], latin(), random, slips=np.geomspace(0.0015, 0.3, 15))
-    is_late = clean.curve >= 12
+    is_late = clean.curve_of_point >= 12
     wrong = replace(clean, mu=clean.mu - 0.0107 * is_late)
     surface = fit_surface(wrong, fitted_law(wrong))
     asked = latin()[:5]
     prediction = surface.predict(asked, np.full(5, 0.05))
     assert np.isfinite(prediction.next_run_sd).all()
-    assert (prediction.support != 0).all()
+    assert (prediction.support_codes != 0).all()
     swap = swapped_temperatures(surface)
     assert swap is None or np.isfinite(swap.score)
 
 
 def test_no_interval_is_given_without_support(fitted):
     prediction = fitted.predict(NEW, np.array([0.05, 3.0]))
-    assert prediction.support.tolist() == [Support.SUPPORTED, Support.FAR_FROM_TESTED_SLIPS]
+    assert prediction.support_codes.tolist() == [Support.SUPPORTED, Support.FAR_FROM_TESTED_SLIPS]
     lower, upper = prediction.interval(2.0)
     assert np.isfinite(lower[0]) and np.isnan([lower[1], upper[1]]).all()
 
@@ -202,5 +202,5 @@ def test_a_temperature_that_was_not_varied_has_no_answer_elsewhere():
     measured = simulated(TRUTHS["own"], conditions, np.random.default_rng(27), slips=SLIPS)
     surface = fit_surface(measured, FreeLaw(PAPER_LAW, DENG_CONSTANTS, ALL_FREE))
     at = np.array([[1.1, 30.0, 71.0], [1.1, 30.0, 90.0]])
-    codes = surface.predict(at, np.full(2, 0.05)).support
+    codes = surface.predict(at, np.full(2, 0.05)).support_codes
     assert codes.tolist() == [Support.SUPPORTED, Support.CONDITION_NOT_VARIED]

@@ -125,7 +125,9 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     )
     precision_of_test = information.precision_of_curves(feasible.curves, feasible.form_error)
     design = choose(information.precision, precision_of_test, gradients, 4)
-    added_tests = [tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen]]
+    added_tests = [
+        tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen_indices]
+    ]
     promised = uncertainties(design.final_precision, gradients)
     ratio = np.sqrt(np.mean(actual_errors(added_tests) ** 2, axis=0)) / promised
     lowest_ratio, highest_ratio = np.sqrt(chi2.ppf([0.0005, 0.9995], REPEATS) / REPEATS)
@@ -169,7 +171,7 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Reque
         span = np.ptp(test_coordinates, axis=0)
         contact_coordinates = plan.wanted.coordinates.reshape(-1, 3)
         scaled_distance = (
-            test_coordinates[plan.design.chosen][:, np.newaxis] - contact_coordinates
+            test_coordinates[plan.design.chosen_indices][:, np.newaxis] - contact_coordinates
         ) / span
         mean_distances.append(np.linalg.norm(scaled_distance, axis=-1).min(axis=1).mean())
     assert mean_distances[1] < 0.7 * mean_distances[0]
@@ -196,17 +198,17 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
     assert torque_plan.irreducible_uncertainty > 0.9 * torque_plan.with_irreducible(
-        torque_plan.design.before
+        torque_plan.design.uncertainty_before
     )
-    assert not torque_plan.design.chosen
-    assert len(slip_plan.design.chosen) == request_for.test_count
+    assert not torque_plan.design.chosen_indices
+    assert len(slip_plan.design.chosen_indices) == request_for.test_count
 
 
 def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
     """Stated 3 GPa, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     of_exact_bearing = replace(request_for, bearing=LAW_ALONE.tested_bearing())
     for plan in plan_oil(results, LAW_ALONE, OIL, of_exact_bearing):
-        assert (plan.design.with_one_candidate <= plan.design.before).all()
+        assert (plan.design.uncertainty_with_one <= plan.design.uncertainty_before).all()
         table = plan.table()
         # 3 GPa of this ball by Hertz; the assumed full scale of 200 N bounds nothing
         assert table["load_n"].max() == pytest.approx(1136, abs=1)
@@ -364,7 +366,7 @@ def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for:
     with pytest.raises(OilfilmError, match="different contacts"):
         plan_oil(results, settings, OIL, request_for)
     (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("traction",)))
-    assert len(plan.design.chosen) == request_for.test_count
+    assert len(plan.design.chosen_indices) == request_for.test_count
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_oil(results, settings, OIL, request_for)

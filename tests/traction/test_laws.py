@@ -64,7 +64,7 @@ def test_scaling_the_slip_is_a_direction_of_the_constants(law: Law) -> None:
         for move in (step, -step)
     ]
     expected = (ends[0] - ends[1]) / (2 * step)
-    slope = law.jacobian(internal, observations) @ law.slip_scale
+    slope = law.jacobian(internal, observations) @ law.slip_direction
     np.testing.assert_allclose(slope, expected, rtol=1e-6, atol=1e-9)
 
 
@@ -72,7 +72,7 @@ def test_scaling_the_slip_is_a_direction_of_the_constants(law: Law) -> None:
 def test_curvatures_are_the_slopes_of_the_slopes(law: Law) -> None:
     """By central differences, of some of the coefficients and in their order."""
     observations, step = observe(law), 1e-5
-    sizes = law.sizes(internal_of(law), observations.design)[:, observations.curve]
+    sizes = law.sizes(internal_of(law), observations.design)[:, observations.curve_of_point]
     by = tuple(range(len(law.coefficients)))[-3:]
     mu, slopes, curvatures = law.mu_slopes_and_curvatures(sizes, observations.slip, by)
     mu_alone, all_slopes = law.mu_and_slopes(sizes, observations.slip)
@@ -98,7 +98,7 @@ def test_coefficients_in_which_mu_is_linear_are_those_of_equal_differences(law: 
             sizes[index] *= factor
             mu.append(law.mu_of_sizes(sizes, slip))
         linear = np.allclose(np.diff(mu, n=2, axis=0), 0, atol=1e-12)
-        assert law.linear_in[index * terms] == linear
+        assert law.is_linear_x0[index * terms] == linear
 
 
 def test_equation_with_an_unknown_name_is_told() -> None:
@@ -110,8 +110,8 @@ def test_equation_with_an_unknown_name_is_told() -> None:
 def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
     task = problem_of(points_of(law), law)
     (optimum,) = engine.search(task, config.fit, [generator(3, "planted", law.name)])
-    truth = np.array(TRUTH[law.name])[task.free]
-    np.testing.assert_allclose(task.reported(optimum.values), truth, rtol=1e-4, atol=1e-6)
+    truth = np.array(TRUTH[law.name])[task.is_free]
+    np.testing.assert_allclose(task.reported(optimum.constants), truth, rtol=1e-4, atol=1e-6)
     assert optimum.sse < 1e-14 * float(np.sum(task.mu**2))
 
 
@@ -127,7 +127,7 @@ def test_each_of_forty_searches_finds_the_planted_law(
     task = problem_of(points_of(law, noise), law)
     randoms = [generator(3, "forty", law.name, number) for number in range(40)]
     ends = np.array([optimum.sse for optimum in engine.search(task, config.fit, randoms)])
-    from_truth = engine.polish(task, internal_of(law)[task.free])
+    from_truth = engine.polish(task, internal_of(law)[task.is_free])
     rounding = 1e-14 * float(np.sum(task.mu**2))
     assert (ends <= (1 + 1e-8) * from_truth.sse + rounding).all()
 
@@ -177,8 +177,10 @@ def test_load_and_stress_are_one_law_for_one_ball(config: Settings) -> None:
         for law, seed in ((of_load, "load"), (of_stress, "stress"))
     )
     assert on_stress.sse == pytest.approx(on_load.sse, rel=1e-9)
-    np.testing.assert_allclose(on_stress.values[1::4], 3 * on_load.values[1::4], rtol=1e-5)
-    np.testing.assert_allclose(on_stress.values[2::4], on_load.values[2::4], rtol=1e-5, atol=1e-7)
+    np.testing.assert_allclose(on_stress.constants[1::4], 3 * on_load.constants[1::4], rtol=1e-5)
+    np.testing.assert_allclose(
+        on_stress.constants[2::4], on_load.constants[2::4], rtol=1e-5, atol=1e-7
+    )
 
 
 def test_critical_load_far_above_is_the_law_without_it() -> None:
@@ -201,9 +203,9 @@ def test_three_levels_of_load_leave_two_critical_loads() -> None:
     task, start, ends = problem_of(three, law), internal_of(law), []
     for critical in (3.0, 0.5):  # over 100 N; the loads are 42, 93 and 142 N
         start[16] = np.log(critical)
-        ends.append(engine.polish(task, start[task.free]))
+        ends.append(engine.polish(task, start[task.is_free]))
     assert max(end.sse for end in ends) < 1e-14 * float(np.sum(three["traction_coefficient"] ** 2))
-    first, second = np.exp([end.values[-1] for end in ends])
+    first, second = np.exp([end.constants[-1] for end in ends])
     assert first == pytest.approx(3.0, rel=1e-4)
     assert 0.42 < second < 1.42
 
@@ -303,8 +305,8 @@ def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None
     points["traction_coefficient"] = 0.005 * points["slide_roll_ratio"]  # B0 >= 0.01
     task = problem_of(points, law)
     end = engine.polish(task, internal_of(law))
-    assert (task.beyond(end.values) == 0).all()
-    held = task.holding(end.values, engine.at_bounds(task, end.values))
-    assert "B0" in held.at_bounds
-    assert held.at_bounds["B0"] == pytest.approx(0.01)
-    assert "B0" not in held.names
+    assert (task.distance_beyond_bounds(end.constants) == 0).all()
+    held = task.holding(end.constants, engine.at_bounds(task, end.constants))
+    assert "B0" in held.values_at_bounds
+    assert held.values_at_bounds["B0"] == pytest.approx(0.01)
+    assert "B0" not in held.free_names

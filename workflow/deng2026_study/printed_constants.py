@@ -115,7 +115,7 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
     data = curve_data(points)
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
         return np.nan
-    observations = Observations(LAW.design(data.conditions), data.curve, data.slip)
+    observations = Observations(LAW.design(data.conditions), data.curve_of_point, data.slip)
     fitted_mu = LAW.traction(to_internal(LAW, constants), observations)
     return float(np.sum((fitted_mu - data.mu) ** 2))
 

@@ -92,7 +92,7 @@ def printed_law(printed_coefficients: PrintedCoefficients, oil: str, tested_box:
     column_names = [*DENG2026.conditions, "slide_roll_ratio"]
     box = np.array([ends_by_name[name] for name in column_names], dtype=float)
     coefficients = replace(
-        Coefficients.bare(DENG2026, printed_coefficients.constants_by_oil()[oil]), box=box
+        Coefficients.bare(DENG2026, printed_coefficients.constants_by_oil()[oil]), tested_box=box
     )
     law = PrintedLaw(
         DENG2026, coefficients, sign_certainty=printed_coefficients.sign_certainties(oil)

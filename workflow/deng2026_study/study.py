@@ -98,7 +98,7 @@ def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
     # the last row of the box is that of the slide-roll ratio
     for index, name in enumerate(law.conditions):
         quantity = QUANTITIES[name]
-        lowest, highest = fitted.coefficients.box[index].tolist()
+        lowest, highest = fitted.coefficients.tested_box[index].tolist()
         yield Condition(
             name=name,
             symbol=quantity.symbol,

@@ -193,7 +193,7 @@ def _laws_of_series(
     refit_constants = refit.coefficients
     if (
         law.conditions != CONDITIONS
-        or not refit_constants.followed.all()
+        or not refit_constants.is_followed_group.all()
         or np.isnan(refit_constants.constants).any()
     ):
         return {}
@@ -240,7 +240,7 @@ def _draw_refit(
         conditions = np.ascontiguousarray(points[:, :-1])
         slip = points[:, -1]
         # a level counts as tested only where every curve is tested
-        box = refit.coefficients.box
+        box = refit.coefficients.tested_box
         is_beyond_tests |= is_beyond(points, box, settings.same_set_point.relative).any(axis=1)
         refit_mu = refit.without_interval().predict(conditions, slip).traction_coefficient
         # a run measures one curve over the slip, but not one over another condition

@@ -102,7 +102,7 @@ class ArrayFit:
         NaN for a constant that is the same in all refits, and for all of them without refits.
         """
         constant_names = [constant.name for constant in self.law.law.constants]
-        refits = pd.DataFrame(self.law.coefficients.spread, columns=constant_names)
+        refits = pd.DataFrame(self.law.coefficients.refits, columns=constant_names)
         fitted_names = [name for name in constant_names if name in self.constants.index]
         return refits[fitted_names].corr()
 
@@ -152,7 +152,9 @@ class ArrayFit:
             if not quality["certified"]:
                 lines.append(certificate(quality))
         # conditions that give no exponent, because they did not vary, or not alone
-        lines.extend(f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed)
+        lines.extend(
+            f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed_conditions
+        )
         if fitted_law.surface is None:
             lines.append(f"There is no interval: {fitted_law.why_no_interval}.")
         lines.extend(surface_sentences(self.tables, _UNNAMED_OIL, self.soundness))

@@ -58,7 +58,7 @@ def run(options: argparse.Namespace) -> int:
     fit_by_name = read_fits(options.folders, options.oil)
     law_by_name = {name: fit.measured_oil.fit for name, fit in fit_by_name.items()}
     conditions = middle_of_tested(law_by_name, typed_conditions(options))
-    largest_slip = min(float(law.coefficients.box[-1, 1]) for law in law_by_name.values())
+    largest_slip = min(float(law.coefficients.tested_box[-1, 1]) for law in law_by_name.values())
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
@@ -153,7 +153,7 @@ def _lines_of_ratios(
         yield "!: outside the tested conditions of one of the two; nothing is certain there"
     for fit_name in other_names:
         yield f"{fit_name}: {_basis_of_ratio(pair_by_name[fit_name])}"
-        ratio = pair_by_name[fit_name].ratio
+        ratio = pair_by_name[fit_name].ratio_or_obstacle
         if isinstance(ratio, Obstacle):
             continue
         rows_of_fit = rows_of_others[rows_of_others["fit"] == fit_name]
@@ -170,27 +170,28 @@ def _lines_of_ratios(
 
 def _basis_of_ratio(pair: OilPair) -> str:
     """What a ratio stands on, and what is not in its interval, in sentences."""
-    if isinstance(pair.ratio, Obstacle):
+    if isinstance(pair.ratio_or_obstacle, Obstacle):
         return (
-            f"{_OBSTACLE_IN_WORDS[pair.ratio]}. This is the ratio of the two laws. Its interval "
+            f"{_OBSTACLE_IN_WORDS[pair.ratio_or_obstacle]}. This is the ratio of the two laws. Its interval "
             "takes both as independent and their forms as true, so nothing is certain."
         )
-    level = pair.ratio.interval_factors.level
+    level = pair.ratio_or_obstacle.interval_factors.level
     sentences = [
-        f"ratio by the runs at {pair.paired} conditions of both oils; they allow an interval of "
-        f"{level:.0%}."
+        f"ratio by the runs at {pair.paired_count} conditions of both oils; they allow an "
+        f"interval of {level:.0%}."
     ]
-    if pair.unpaired:
+    if pair.unpaired_count:
         sentences.append(
-            f"{pair.unpaired} conditions of one oil alone count with what both oils have in common."
+            f"{pair.unpaired_count} conditions of one oil alone count with what both oils have in "
+            "common."
         )
-    has_two_levels = box_of(pair.ratio.runs.stacked).has_two_levels
+    has_two_levels = box_of(pair.ratio_or_obstacle.runs.stacked).has_two_levels
     for condition in np.array(CONDITIONS)[has_two_levels]:
         meaning = QUANTITIES[str(condition)].short_meaning
         sentences.append(f"The {meaning} has two levels: a bend of the ratio between is not seen.")
-    if not pair.ratio.converged:
+    if not pair.ratio_or_obstacle.converged:
         sentences.append("The search of the sizes of errors found no maximum: do not rely on it.")
-    sentences.append(_rigs_text(*pair.rigs))
+    sentences.append(_rigs_text(*pair.rig_names))
     return " ".join(sentences)
 
 

@@ -305,7 +305,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     yield (
         f"{plan.oil_name}{in_bearing}: standard uncertainty of the {target_in_words} from the "
         f"law, root mean square over {len(plan.wanted.labels)} operating points: "
-        f"{_uncertainty_text(target, plan.design.before)}; largest "
+        f"{_uncertainty_text(target, plan.design.uncertainty_before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
     if information.calibration.any():
@@ -326,7 +326,8 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     if len(tests):
         new_columns = {
             "law_uncertainty_then": [
-                _uncertainty_text(target, law_uncertainty) for law_uncertainty in plan.design.after
+                _uncertainty_text(target, law_uncertainty)
+                for law_uncertainty in plan.design.uncertainty_after
             ]
         }
         if plan.irreducible_uncertainty:

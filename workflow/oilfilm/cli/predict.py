@@ -101,7 +101,7 @@ def prediction(
         sentences += next_rig_sentences(fitted_law.surface, rig_name)
     sentences += fitted_law.remarks(evaluated_conditions, slip)
     sentences += [f"NOT SOUND: {reason}" for reason in fitted_law.warnings]
-    for fixed_condition in fitted_law.coefficients.fixed:
+    for fixed_condition in fitted_law.coefficients.fixed_conditions:
         sentences.append(
             f"mu and its interval are those where it was tested: {fixed_condition.sentence()}"
         )
@@ -208,7 +208,9 @@ def _refuse_other_conditions(
             f"{oil_name}: the law {fitted_law.law.name} does not take "
             f"{', '.join(refused_options)}. It takes {', '.join(taken_options)}."
         )
-    not_followed = {fixed_condition.condition for fixed_condition in fitted_law.coefficients.fixed}
+    not_followed = {
+        fixed_condition.condition for fixed_condition in fitted_law.coefficients.fixed_conditions
+    }
     missing_conditions = law_conditions - not_followed - operating_point.keys()
     for option, (condition, _, example) in CONDITION_OPTIONS.items():
         if condition in missing_conditions:

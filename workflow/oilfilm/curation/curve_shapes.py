@@ -126,14 +126,16 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
     conditions = points.groupby("run_id")[_CONDITION_COLUMNS].mean().loc[run_ids]
     measurements = Measurements(
         conditions=conditions.to_numpy(float),
-        curve=curve_of_point,
+        curve_of_point=curve_of_point,
         slip=points["slide_roll_ratio"].to_numpy(float),
         mu=points["traction_coefficient"].to_numpy(float),
     )
     for shape in curve_shapes(measurements, PAPER_LAW):
-        run_id = str(run_ids[shape.curve])
+        run_id = str(run_ids[shape.curve_index])
         if shape.is_odd:
-            refusal = _refusal_of_shape(run_id, shape, points.iloc[shape.point], len(run_ids) - 1)
+            refusal = _refusal_of_shape(
+                run_id, shape, points.iloc[shape.point_index], len(run_ids) - 1
+            )
             if shape.size > REFUSED_SIZE:
                 verdicts.refusals.append(refusal)
             else:

@@ -364,7 +364,9 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
         "largest_error_of_mu": number_or_none(quality["max_error"]),
         "misfit_of_law_relative": number_or_none(misfit),
         "scatter_of_runs_relative": number_or_none(run_scatter),
-        "fixed_conditions": [asdict(fixed) for fixed in description.fitted.coefficients.fixed],
+        "fixed_conditions": [
+            asdict(fixed) for fixed in description.fitted.coefficients.fixed_conditions
+        ],
     }
 
 
@@ -425,7 +427,7 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
         ValueError: The point has no speed, because some run lacks it.
     """
     law = description.law
-    fixed_names = {fixed.condition for fixed in description.fitted.coefficients.fixed}
+    fixed_names = {fixed.condition for fixed in description.fitted.coefficients.fixed_conditions}
     # NaN: `at_tested_levels` sets the tested level
     argument_values = [
         np.nan if name in fixed_names else requested_point[name] for name in law.conditions

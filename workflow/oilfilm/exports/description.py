@@ -204,7 +204,7 @@ class Description:
     @property
     def where_known(self) -> str:
         """The tested level or line of each condition that is no argument; empty without one."""
-        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed)
+        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed_conditions)
 
     @property
     def limiting_stress_ratio(self) -> float:
@@ -214,7 +214,7 @@ class Description:
     @property
     def slip_condition(self) -> Condition:
         """The slide-roll ratio S. |S| counts as tested from 0, because traction is odd in S."""
-        tested = (0.0, number_or_none(self.fitted.coefficients.box[-1, 1]))
+        tested = (0.0, number_or_none(self.fitted.coefficients.tested_box[-1, 1]))
         meaning = f"{SLIP_MEANING}, of either sign"
         return Condition(SLIP, "S", meaning, "1", "argument", None, None, tested)
 
@@ -303,7 +303,7 @@ class Description:
             group_values: Value of each group of the law, shape (groups,).
         """
         law = self.law
-        is_followed = self.fitted.coefficients.followed
+        is_followed = self.fitted.coefficients.is_followed_group
         terms = np.where(is_followed, law.terms(group_values), 0.0)
         design = np.concatenate([[1.0], terms])[np.newaxis]
         sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
@@ -315,7 +315,7 @@ class Description:
         # an unknown end is NaN: every comparison with it is false
         tested_ends = np.array([condition.tested for condition in self.conditions], dtype=float)
         is_inside = (tested_ends[:, 0] <= group_values) & (group_values <= tested_ends[:, 1])
-        return not is_inside[self.fitted.coefficients.followed].all()
+        return not is_inside[self.fitted.coefficients.is_followed_group].all()
 
     # ------------------------------------------------------------ sentences
 
@@ -464,14 +464,16 @@ def _conditions(fitted: FittedLaw, accepted_points: pd.DataFrame) -> Iterator[Co
         accepted_points: Accepted rows of the table of points, of the oil.
     """
     law = fitted.law
-    in_step_names = {fixed.condition for fixed in fitted.coefficients.fixed if fixed.in_step}
+    in_step_names = {
+        fixed.condition for fixed in fitted.coefficients.fixed_conditions if fixed.in_step
+    }
     group_values = law.group_values(accepted_points[list(law.conditions)].to_numpy(dtype=float))
     tested_values = pd.DataFrame(
         group_values, columns=list(law.groups), index=accepted_points.index
     )
     # every run counts once; unknown where a run lacks the condition
     run_means = tested_values.groupby(accepted_points["run_id"]).mean().mean(skipna=False)
-    is_followed = fitted.coefficients.followed
+    is_followed = fitted.coefficients.is_followed_group
     for group, reference, is_argument in zip(law.groups, law.reference, is_followed, strict=True):
         quantity = QUANTITIES[group]
         has_level = not is_argument and group not in in_step_names

@@ -32,7 +32,7 @@ _MEASURED = "traction_coefficient_measured"
 # Eq. 7 differ by 0.2 to 0.3; the next pair of laws differs by 0.6.
 _SAME_WITHIN = 0.5
 
-# mu of each law at its points beside the measured mu, in the order of run and row.
+# By the name of the law: its mu at the points beside the measured mu, in the order of run and row.
 _MuByLaw = Mapping[str, pd.DataFrame]
 # Columns that name a point.
 _POINT_KEY = ["run_id", "first_row"]
@@ -41,17 +41,18 @@ _MU_OF_LAW = ["traction_coefficient", "left_out_traction_coefficient"]
 
 @dataclass(frozen=True)
 class Ranking:
-    """The laws by one criterion.
+    """The best law by one criterion, and those that tie with it.
 
     Attributes:
-        best: The best law.
-        ties: Laws that differ from it by no more than the uncertainty; the best law is first.
+        best_law_name: Name of the best law.
+        tied_law_names: Names of the laws that differ from it by no more than the uncertainty, the
+            best law first.
         difference: Criterion of the configured law less that of the best law, 0 or more.
         error: Half width of the 95 % interval of this difference.
     """
 
-    best: str
-    ties: Sequence[str]
+    best_law_name: str
+    tied_law_names: Sequence[str]
     difference: float
     error: float
 
@@ -73,130 +74,137 @@ def best_laws(results: CampaignTables, bic_difference_min: float) -> pd.DataFram
     return tables.filled(pd.DataFrame(rows), "law_verdicts")
 
 
-def _mu_by_law(results: CampaignTables, oil: str, laws: Iterable[str]) -> _MuByLaw:
+def _mu_by_law(results: CampaignTables, oil: str, law_names: Iterable[str]) -> _MuByLaw:
     """mu of each law beside the measured mu, at the points of one oil.
 
-    Laws are read one by one, and names of runs kept once: all at once they would be the largest
-    table of a campaign.
+    Laws are read one by one, and the name of each run is kept once: the points of all laws would be
+    the largest table of a campaign.
     """
-    measured = results.table("points", [*_POINT_KEY, "traction_coefficient"], oil=oil)
-    measured = measured.rename(columns={"traction_coefficient": _MEASURED})
-    runs = pd.Index(sorted(measured["run_id"].unique()))
-    measured = _with_numbered_runs(measured, runs)
+    measured_mu = results.table("points", [*_POINT_KEY, "traction_coefficient"], oil=oil)
+    measured_mu = measured_mu.rename(columns={"traction_coefficient": _MEASURED})
+    run_ids = pd.Index(sorted(measured_mu["run_id"].unique()))
+    measured_mu = _with_numbered_runs(measured_mu, run_ids)
     mu_by_law = {}
-    for law in laws:
-        points_of_law = results.table("law_points", [*_POINT_KEY, *_MU_OF_LAW], oil=oil, law=law)
+    for law_name in law_names:
+        points_of_law = results.table(
+            "law_points", [*_POINT_KEY, *_MU_OF_LAW], oil=oil, law=law_name
+        )
         if points_of_law.empty:
             continue
-        joined = _with_numbered_runs(points_of_law, runs).merge(measured, on=_POINT_KEY)
-        mu_by_law[law] = joined.sort_values(_POINT_KEY, ignore_index=True)
+        mu_of_law = _with_numbered_runs(points_of_law, run_ids).merge(measured_mu, on=_POINT_KEY)
+        mu_by_law[law_name] = mu_of_law.sort_values(_POINT_KEY, ignore_index=True)
     return mu_by_law
 
 
-def _with_numbered_runs(points: pd.DataFrame, runs: "pd.Index[str]") -> pd.DataFrame:
-    """The points with `run_id` as a category: a number per point in place of a name.
+def _with_numbered_runs(points: pd.DataFrame, run_ids: "pd.Index[str]") -> pd.DataFrame:
+    """The points with `run_id` as a category: a number per point instead of a name.
 
     Args:
         points: With `run_id`.
-        runs: Names of all runs, in order.
+        run_ids: Names of all runs, sorted.
     """
-    number, names = pd.factorize(points["run_id"])
-    categories = pd.Categorical.from_codes(runs.get_indexer(names)[number], runs)
+    name_of_point, distinct_run_ids = pd.factorize(points["run_id"])
+    categories = pd.Categorical.from_codes(
+        run_ids.get_indexer(distinct_run_ids)[name_of_point], run_ids
+    )
     return points.assign(run_id=categories)
 
 
 def _verdict(
-    configured_law: str, quality: pd.DataFrame, mu_by_law: _MuByLaw, bic_difference_min: float
+    configured_name: str, quality: pd.DataFrame, mu_by_law: _MuByLaw, bic_difference_min: float
 ) -> dict[str, Any]:
     """The columns of `law_verdicts` of one oil.
 
     Args:
-        configured_law: The configured law.
+        configured_name: Name of the configured law.
         quality: Rows of `fit_quality` of the oil.
         mu_by_law: mu of every law beside the measured mu at the oil's points.
         bic_difference_min: As in `best_laws`.
     """
-    laws = quality.set_index("law")
-    fitted_laws = laws.index[laws["bic"].notna()]
-    if len(laws) == 1:
+    quality_by_law = quality.set_index("law")
+    fitted_names = quality_by_law.index[quality_by_law["bic"].notna()]
+    if len(quality_by_law) == 1:
         return {"verdict": "no other law"}
-    if configured_law not in fitted_laws:
+    if configured_name not in fitted_names:
         return {"verdict": "no fit"}
-    if len(fitted_laws) == 1:
+    if len(fitted_names) == 1:
         return {"verdict": "no other fit"}
     # laws that were fitted to other points have other sums, and are not comparable
-    has_same_points = laws["n_points"] == laws.loc[configured_law, "n_points"]
-    comparable = laws[has_same_points & laws["bic"].notna()]
+    has_same_points = quality_by_law["n_points"] == quality_by_law.loc[configured_name, "n_points"]
+    comparable = quality_by_law[has_same_points & quality_by_law["bic"].notna()]
     # of laws that are equally good: the configured law, a certified fit, the fewest constants
-    in_order = comparable.assign(other=comparable.index != configured_law).sort_values(
+    preferred_quality = comparable.assign(other=comparable.index != configured_name).sort_values(
         ["other", "certified", "n_constants"], ascending=[True, False, True], kind="stable"
     )
-    same_laws = _same_laws(mu_by_law, list(in_order.index))
-    preferred = list(same_laws)
-    in_order = in_order.loc[preferred]
-    comparable = comparable.loc[preferred]
+    same_laws = _same_laws(mu_by_law, list(preferred_quality.index))
+    preferred_names = list(same_laws)
+    preferred_quality = preferred_quality.loc[preferred_names]
+    comparable = comparable.loc[preferred_names]
     left_out_sse = _sse_of_curves(mu_by_law, comparable.index, "left_out_traction_coefficient")
-    if configured_law not in left_out_sse:
+    if configured_name not in left_out_sse:
         return {"verdict": "constants left open"}
     if len(left_out_sse) < FEWEST_CURVES:
         return {"verdict": "too few curves"}
-    points_of_law = mu_by_law[configured_law]
+    points_of_law = mu_by_law[configured_name]
     by_curve = points_of_law.groupby("run_id", observed=True)
     points_per_curve = by_curve.size().to_numpy()[:, np.newaxis]
-    points = points_per_curve.sum()
+    point_count = points_per_curve.sum()
     total_sse = left_out_sse.sum()
-    rmse = np.sqrt(total_sse / points)
-    rmse_without_curve = np.sqrt((total_sse - left_out_sse) / (points - points_per_curve))
-    left_out = _ranking(preferred, rmse, rmse_without_curve)
+    rmse_by_law = np.sqrt(total_sse / point_count)
+    rmse_without_curve = np.sqrt((total_sse - left_out_sse) / (point_count - points_per_curve))
+    by_left_out = _ranking(preferred_names, rmse_by_law, rmse_without_curve)
     fitted_sse = _sse_of_curves(mu_by_law, comparable.index, "traction_coefficient")
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
-    bic_without_curve = points * np.log(fitted_sse.sum() - fitted_sse)
-    by_bic = _ranking(preferred, comparable["bic"], bic_without_curve, bic_difference_min)
+    bic_without_curve = point_count * np.log(fitted_sse.sum() - fitted_sse)
+    by_bic = _ranking(preferred_names, comparable["bic"], bic_without_curve, bic_difference_min)
     rms_mu = float(np.sqrt(np.mean(points_of_law[_MEASURED] ** 2)))
-    verdict, better_law = _judgement(configured_law, left_out, by_bic, comparable)
+    verdict, better_name = _judgement(configured_name, by_left_out, by_bic, comparable)
     return {
         "verdict": verdict,
-        "same_laws": same_laws[configured_law],
-        "better_law": better_law,
-        "same_as_better_law": same_laws.get(better_law, ()),
-        "left_out_law": left_out.best,
-        "left_out_ties": tuple(left_out.ties),
-        "left_out_relative_rms": laws["left_out_rmse"][configured_law] / rms_mu,
-        "best_left_out_relative_rms": laws["left_out_rmse"][left_out.best] / rms_mu,
-        "left_out_difference": left_out.difference / rms_mu,
-        "left_out_difference_error": left_out.error / rms_mu,
-        "bic_law": by_bic.best,
-        "bic_ties": tuple(by_bic.ties),
+        "same_laws": same_laws[configured_name],
+        "better_law": better_name,
+        "same_as_better_law": same_laws.get(better_name, ()),
+        "left_out_law": by_left_out.best_law_name,
+        "left_out_ties": tuple(by_left_out.tied_law_names),
+        "left_out_relative_rms": quality_by_law["left_out_rmse"][configured_name] / rms_mu,
+        "best_left_out_relative_rms": quality_by_law["left_out_rmse"][by_left_out.best_law_name]
+        / rms_mu,
+        "left_out_difference": by_left_out.difference / rms_mu,
+        "left_out_difference_error": by_left_out.error / rms_mu,
+        "bic_law": by_bic.best_law_name,
+        "bic_ties": tuple(by_bic.tied_law_names),
         "bic_difference": by_bic.difference,
         "bic_difference_error": by_bic.error,
-        "ends_out_law": _best_at_ends(in_order),
+        "ends_out_law": _best_at_ends(preferred_quality),
     }
 
 
-def _same_laws(mu_by_law: _MuByLaw, in_order: Sequence[str]) -> dict[str, tuple[str, ...]]:
-    """The laws that differ on the points, each with the laws that are the same law there.
+def _same_laws(mu_by_law: _MuByLaw, law_names: Sequence[str]) -> dict[str, tuple[str, ...]]:
+    """Names of the laws that differ on the points, each with those of the laws that equal it there.
 
     Args:
         mu_by_law: mu of every law beside the measured mu.
-        in_order: The laws in the order in which they are preferred; their points are the same.
+        law_names: Names of the laws, the preferred one first; their points are the same.
     """
-    fitted = {law: mu_by_law[law]["traction_coefficient"].to_numpy() for law in in_order}
-    errors = {law: _error_of_fit(mu_by_law[law]) for law in in_order}
-    rms_measured_mu = float(np.sqrt(np.mean(mu_by_law[in_order[0]][_MEASURED] ** 2)))
+    fitted_mu = {
+        law_name: mu_by_law[law_name]["traction_coefficient"].to_numpy() for law_name in law_names
+    }
+    errors = {law_name: _error_of_fit(mu_by_law[law_name]) for law_name in law_names}
+    rms_measured_mu = float(np.sqrt(np.mean(mu_by_law[law_names[0]][_MEASURED] ** 2)))
 
-    def are_same(first: str, second: str) -> bool:
+    def are_same(law_name: str, other_name: str) -> bool:
         """Whether the mu of two laws differ by less than their errors explain."""
-        difference = float(np.sqrt(np.mean((fitted[first] - fitted[second]) ** 2)))
-        limit = _SAME_WITHIN * min(errors[first], errors[second])
+        difference = float(np.sqrt(np.mean((fitted_mu[law_name] - fitted_mu[other_name]) ** 2)))
+        limit = _SAME_WITHIN * min(errors[law_name], errors[other_name])
         return bool(reaches(limit, difference, size=rms_measured_mu))
 
     same_laws: dict[str, tuple[str, ...]] = {}
-    for law in in_order:
-        preferred = [other for other in same_laws if are_same(other, law)]
-        if preferred:
-            same_laws[preferred[0]] += (law,)
+    for law_name in law_names:
+        same_preferred = [other_name for other_name in same_laws if are_same(other_name, law_name)]
+        if same_preferred:
+            same_laws[same_preferred[0]] += (law_name,)
         else:
-            same_laws[law] = ()
+            same_laws[law_name] = ()
     return same_laws
 
 
@@ -218,55 +226,63 @@ def _error_of_fit(mu_of_law: pd.DataFrame) -> float:
     return float(np.sqrt(max(variance, 0.0))) if np.isfinite(variance) else 0.0
 
 
-def _sse_of_curves(mu_by_law: _MuByLaw, laws: "pd.Index[str]", column: str) -> pd.DataFrame:
+def _sse_of_curves(mu_by_law: _MuByLaw, law_names: "pd.Index[str]", column: str) -> pd.DataFrame:
     """Sum of squared errors of each curve, one column per law.
 
     Laws without an error at some point are left out.
 
     Args:
         mu_by_law: mu of every law beside the measured mu.
-        laws: The laws that are compared.
-        column: mu of the laws.
+        law_names: The laws that are compared.
+        column: Column of the mu of the laws: fitted, or left out.
     """
-    sums = {}
-    for law in laws.intersection(list(mu_by_law), sort=False):
-        mu_of_law = mu_by_law[law]
+    sse_by_law = {}
+    for law_name in law_names.intersection(list(mu_by_law), sort=False):
+        mu_of_law = mu_by_law[law_name]
         squares = (mu_of_law[column] - mu_of_law[_MEASURED]) ** 2
         sums_of_curves = squares.groupby(mu_of_law["run_id"], observed=True).sum(skipna=False)
-        sums[law] = sums_of_curves.set_axis(sums_of_curves.index.astype("str"))
-    return pd.DataFrame(sums).dropna(axis=1)
+        sse_by_law[law_name] = sums_of_curves.set_axis(sums_of_curves.index.astype("str"))
+    return pd.DataFrame(sse_by_law).dropna(axis=1)
 
 
 def _ranking(
-    preferred: list[str],
-    values: "pd.Series[float]",
-    values_without_curve: pd.DataFrame,
+    preferred_names: list[str],
+    criterion: "pd.Series[float]",
+    criterion_without_curve: pd.DataFrame,
     tie_below: float = 0.0,
 ) -> Ranking:
     """The laws by one criterion; the smallest value is best.
 
     Args:
-        preferred: The laws in the order in which they are preferred where they are equally good;
-            the configured law is the first.
-        values: Criterion by law.
-        values_without_curve: The criterion without each curve in turn, one column per law.
+        preferred_names: Names of the laws, the preferred one first: it is taken where laws are
+            equally good. The configured law is the first.
+        criterion: Criterion by law.
+        criterion_without_curve: The criterion without each curve in turn, one column per law.
         tie_below: A smaller difference is a tie.
     """
-    in_order = values[[name for name in preferred if name in values]]
-    best = str(in_order.index[first_smallest(in_order)])
-    differences = values - values[best]
-    differences_without_curve = values_without_curve.sub(values_without_curve[best], axis=0)
-    errors = {
-        str(name): jackknife_error(replicates.to_numpy())
-        for name, replicates in differences_without_curve.items()
+    preferred_criterion = criterion[
+        [law_name for law_name in preferred_names if law_name in criterion]
+    ]
+    best_name = str(preferred_criterion.index[first_smallest(preferred_criterion)])
+    differences = criterion - criterion[best_name]
+    differences_without_curve = criterion_without_curve.sub(
+        criterion_without_curve[best_name], axis=0
+    )
+    error_by_law = {
+        str(law_name): jackknife_error(replicates.to_numpy())
+        for law_name, replicates in differences_without_curve.items()
     }
-    ties = [best]
-    for name, error in errors.items():
+    ties = [best_name]
+    for law_name, error in error_by_law.items():
         limit = max(error, tie_below)
-        if name != best and reaches(limit, differences[name], size=abs(values[best])):
-            ties.append(name)
-    configured = preferred[0]
-    return Ranking(best, ties, float(differences[configured]), errors[configured])
+        if law_name != best_name and reaches(
+            limit, differences[law_name], size=abs(criterion[best_name])
+        ):
+            ties.append(law_name)
+    configured_name = preferred_names[0]
+    return Ranking(
+        best_name, ties, float(differences[configured_name]), error_by_law[configured_name]
+    )
 
 
 def jackknife_error(replicates: FloatArray) -> float:
@@ -281,18 +297,18 @@ def jackknife_error(replicates: FloatArray) -> float:
         >>> print(f"{jackknife_error((values.sum() - values) / 3):.4f}")
         2.0543
     """
-    count = len(replicates)
-    variance = (count - 1) / count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(student_quantile(CONFIDENCE, count - 1) * np.sqrt(variance))
+    curve_count = len(replicates)
+    variance = (curve_count - 1) / curve_count * np.sum((replicates - replicates.mean()) ** 2)
+    return float(student_quantile(CONFIDENCE, curve_count - 1) * np.sqrt(variance))
 
 
-def _best_at_ends(laws: pd.DataFrame) -> str:
-    """The law with the least error at end levels that were left out; empty where none is known.
+def _best_at_ends(quality: pd.DataFrame) -> str:
+    """Name of the law with the least error at end levels left out; empty where none is known.
 
     Args:
-        laws: Rows of `fit_quality`, the preferred laws first.
+        quality: Rows of `fit_quality`, the preferred laws first.
     """
-    errors = laws.filter(regex="_end_out_relative_rms$").astype(float)
+    errors = quality.filter(regex="_end_out_relative_rms$").astype(float)
     errors = errors.dropna(axis=1, how="all").dropna()
     if errors.empty or not len(errors.columns):
         return ""
@@ -301,27 +317,29 @@ def _best_at_ends(laws: pd.DataFrame) -> str:
 
 
 def _judgement(
-    configured_law: str, left_out: Ranking, by_bic: Ranking, laws: pd.DataFrame
+    configured_name: str, by_left_out: Ranking, by_bic: Ranking, quality: pd.DataFrame
 ) -> tuple[str, str]:
-    """Verdict on the configured law, and the law to use instead.
+    """Verdict on the configured law, and the name of the law to use instead, or an empty name.
 
     Args:
-        configured_law: The configured law.
-        left_out: The laws by their error at curves left out.
+        configured_name: Name of the configured law.
+        by_left_out: The laws by their error at curves left out.
         by_bic: The laws by their BIC.
-        laws: Rows of `fit_quality` of the compared laws.
+        quality: Rows of `fit_quality` of the compared laws.
     """
-    best_by_both = [name for name in left_out.ties if name in by_bic.ties]
-    if best_by_both == [configured_law]:
+    best_by_both = [
+        law_name for law_name in by_left_out.tied_law_names if law_name in by_bic.tied_law_names
+    ]
+    if best_by_both == [configured_name]:
         return "best", ""
-    if configured_law in best_by_both:
+    if configured_name in best_by_both:
         return "tie", ""
-    if configured_law in left_out.ties or configured_law in by_bic.ties:
+    if configured_name in by_left_out.tied_law_names or configured_name in by_bic.tied_law_names:
         return "criteria disagree", ""
     # both criteria refuse the configured law; where they name different laws, the curves left out
     # decide. A certified fit comes first, then the fewest constants.
-    candidates = best_by_both if best_by_both else list(left_out.ties)
-    in_order = laws.loc[candidates].sort_values(
+    candidate_names = best_by_both if best_by_both else list(by_left_out.tied_law_names)
+    candidates = quality.loc[candidate_names].sort_values(
         ["certified", "n_constants"], ascending=[False, True], kind="stable"
     )
-    return "another law is better", str(in_order.index[0])
+    return "another law is better", str(candidates.index[0])

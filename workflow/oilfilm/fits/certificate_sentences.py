@@ -37,18 +37,24 @@ _NO_FIT = {
 }
 
 
-def certificate(quality: Mapping[str, Any]) -> str:
+def certificate(quality_row: Mapping[str, Any]) -> str:
     """Whether a fit is the best one of its law, and if not, why.
 
     Args:
-        quality: A row of the table `fit_quality`.
+        quality_row: A row of the table `fit_quality`.
     """
-    if quality["no_fit"]:
-        fixed = ", ".join(fixed.condition for fixed in fixed_from_text(quality["fixed_conditions"]))
-        return f"not fitted: {_NO_FIT[quality['no_fit']].format(fixed=fixed, **quality)}"
-    if quality["certified"]:
-        agreeing, searches = quality["searches_agreeing"], quality["searches"]
+    if quality_row["no_fit"]:
+        fixed_names = ", ".join(
+            fixed.condition for fixed in fixed_from_text(quality_row["fixed_conditions"])
+        )
+        return (
+            f"not fitted: {_NO_FIT[quality_row['no_fit']].format(fixed=fixed_names, **quality_row)}"
+        )
+    if quality_row["certified"]:
+        agreeing, searches = quality_row["searches_agreeing"], quality_row["searches"]
         return f"certified: {agreeing} of {searches} searches agree"
-    bounds = ", ".join(quality["active_bounds"])
-    doubts = [_DOUBTS[doubt].format(bounds=bounds, **quality) for doubt in quality["doubts"]]
+    bounds = ", ".join(quality_row["active_bounds"])
+    doubts = [
+        _DOUBTS[doubt].format(bounds=bounds, **quality_row) for doubt in quality_row["doubts"]
+    ]
     return f"not certified: {'; '.join(doubts)}"

@@ -1,8 +1,9 @@
 """Which conditions a fit follows by exponents, and where the others were tested.
 
-A condition that did not vary gives no exponent. Of conditions that varied in step, only as many
-give exponents as varied independently. These exponents hold along the tested line, on which the
-other conditions are functions of the followed ones. Away from that level or line mu is not known.
+A condition that did not vary gives no exponent: it has a tested level. Conditions that varied in
+step, as a load that was raised together with the speed, cannot have an exponent each. Some of them
+are followed. The others are functions of the followed ones along the tested line. Away from the
+tested level or line mu is not known.
 
 Decides: which conditions give exponents, and where mu is refused because a condition did not vary
 alone.
@@ -24,19 +25,19 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
 from oilfilm.traction.law import QUANTITIES
 
-# Magnitude of a condition at least, where a range is a share of it. Near 0 degC a share of the
-# temperature would mean nothing: 10 % are 2 K at least.
+# Least magnitude of a condition where a range is stated as a share of it. Near 0 degC a share of
+# the temperature would mean nothing: with this, 10 % are 2 K or more.
 LEAST_MAGNITUDE = {"inlet_temperature_c": 20.0}
 
 
 @dataclass(frozen=True)
 class InStep:
-    """A followed condition with which another one varied in step.
+    """A followed condition with which a fixed condition varied in step.
 
     Attributes:
         condition: Column of the followed condition.
         centre: Its geometric mean over the curves.
-        exponent: The condition in step goes with this power of it.
+        exponent: The fixed condition is proportional to this power of it.
     """
 
     condition: str
@@ -52,8 +53,8 @@ class FixedCondition:
         condition: Column of the condition.
         level: Its value where the conditions of `in_step` are at their centre; None where it was
             not measured in every run.
-        within: Largest relative distance from the level or line at which mu is known.
-        in_step: The followed conditions with which it varied; empty where it did not vary.
+        within: Largest relative distance from the level or line at which mu is still known.
+        in_step: The followed conditions with which it varied in step; empty where it did not vary.
     """
 
     condition: str
@@ -62,7 +63,7 @@ class FixedCondition:
     in_step: tuple[InStep, ...] = ()
 
     def tested_value(self, values_by_condition: Mapping[str, FloatArray]) -> FloatArray:
-        """Its tested value at levels of the other conditions; NaN where it is not known.
+        """Its tested value at given levels of the followed conditions; NaN where it is not known.
 
         Args:
             values_by_condition: Values of each condition by column, all of one shape.
@@ -119,14 +120,14 @@ def fixed_from_text(text: str) -> tuple[FixedCondition, ...]:
 
 
 def followed_conditions(
-    names: Sequence[str], conditions: FloatArray, settings: FitSettings
+    condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> BoolArray:
-    """Which conditions a fit follows: those that varied enough, and independently.
+    """Whether a fit follows each condition: it does if they varied enough, and independently.
 
-    Of conditions that varied in step the first ones in the law's order are followed.
+    Of conditions that varied in step, the first ones in the law's order are followed.
 
     Args:
-        names: Columns of the conditions.
+        condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
         settings: `min_relative_range` and `smallest_singular_value`. Conditions are in step where
             the smallest singular value of their standardised logarithms, relative to the largest,
@@ -136,29 +137,29 @@ def followed_conditions(
     Returns:
         Shape (conditions,).
     """
-    varied_enough = varied(names, conditions, settings)
+    has_varied = varied(condition_names, conditions, settings)
     has_logarithm = np.all(conditions > 0, axis=0)
-    terms = np.log(conditions, out=conditions.copy(), where=has_logarithm)
-    followed = np.zeros_like(varied_enough)
-    for index in np.flatnonzero(varied_enough):
-        followed[index] = True
-        followed_terms = terms[:, followed]
+    terms_of_conditions = np.log(conditions, out=conditions.copy(), where=has_logarithm)
+    is_followed = np.zeros_like(has_varied)
+    for condition_index in np.flatnonzero(has_varied):
+        is_followed[condition_index] = True
+        followed_terms = terms_of_conditions[:, is_followed]
         standardised = (followed_terms - followed_terms.mean(axis=0)) / followed_terms.std(axis=0)
         singular_values = np.linalg.svd(standardised, compute_uv=False)
         # too few curves are one case of conditions in step
-        too_few_curves = len(singular_values) < followed.sum()
-        smallest = settings.smallest_singular_value * singular_values[0]
-        followed[index] = not too_few_curves and singular_values[-1] > smallest
-    return followed
+        too_few_curves = len(singular_values) < is_followed.sum()
+        smallest_allowed = settings.smallest_singular_value * singular_values[0]
+        is_followed[condition_index] = not too_few_curves and singular_values[-1] > smallest_allowed
+    return is_followed
 
 
 def varied(
-    names: Sequence[str], conditions: FloatArray, settings: FitSettings
+    condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> npt.NDArray[np.bool_]:
-    """Which conditions are known of every curve and varied enough.
+    """Whether each condition is known of every curve and varied enough.
 
     Args:
-        names: Columns of the conditions.
+        condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
         settings: `min_relative_range`, the smallest range over the largest magnitude.
 
@@ -167,75 +168,87 @@ def varied(
     """
     if len(conditions) == 0:
         return np.zeros(conditions.shape[1], dtype=bool)
-    low = conditions.min(axis=0)
-    high = conditions.max(axis=0)
-    least_magnitude = [LEAST_MAGNITUDE.get(name, 0.0) for name in names]
-    magnitude = np.maximum(np.maximum(np.abs(low), np.abs(high)), least_magnitude)
-    is_wide = reaches(high - low, settings.min_relative_range * magnitude)
-    return np.asarray((high > low) & is_wide)
+    smallest = conditions.min(axis=0)
+    largest = conditions.max(axis=0)
+    least_magnitude = [LEAST_MAGNITUDE.get(name, 0.0) for name in condition_names]
+    magnitude = np.maximum(np.maximum(np.abs(smallest), np.abs(largest)), least_magnitude)
+    is_wide = reaches(largest - smallest, settings.min_relative_range * magnitude)
+    return np.asarray((largest > smallest) & is_wide)
 
 
 def incomplete_curves(
-    names: Sequence[str], conditions: FloatArray, settings: FitSettings
+    condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> BoolArray:
-    """Curves without a condition that varied over the other curves: no law can follow them.
+    """Whether each curve lacks a condition that varied over the others: no law can be fitted to it.
 
     Args:
-        names: Columns of the conditions.
+        condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
         settings: As in `varied`.
 
     Returns:
         Shape (curves,).
     """
-    lacking = np.zeros(len(conditions), dtype=bool)
-    for index, unknown in enumerate(np.isnan(conditions).T):
-        if varied(names, conditions[~unknown], settings)[index]:
-            lacking |= unknown
-    return lacking
+    is_incomplete = np.zeros(len(conditions), dtype=bool)
+    for condition_index, is_unknown in enumerate(np.isnan(conditions).T):
+        if varied(condition_names, conditions[~is_unknown], settings)[condition_index]:
+            is_incomplete |= is_unknown
+    return is_incomplete
 
 
 def fixed_conditions(
-    names: Sequence[str], conditions: FloatArray, followed: BoolArray, settings: FitSettings
+    condition_names: Sequence[str],
+    conditions: FloatArray,
+    is_followed: BoolArray,
+    settings: FitSettings,
 ) -> tuple[FixedCondition, ...]:
     """The level or line of each condition that is not followed.
 
     Args:
-        names: Columns of the conditions.
+        condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
-        followed: As `followed_conditions` returns it.
+        is_followed: As `followed_conditions` returns it.
         settings: As in `followed_conditions`, and `level_tolerance`.
     """
-    is_varied = varied(names, conditions, settings)
+    is_varied = varied(condition_names, conditions, settings)
     values_of_followed = {}
-    for name, values, is_followed in zip(names, conditions.T, followed, strict=True):
-        if is_followed:
-            values_of_followed[name] = values
+    for condition_index in np.flatnonzero(is_followed).tolist():
+        values_of_followed[condition_names[condition_index]] = conditions[:, condition_index]
     fixed = []
-    for index in np.flatnonzero(~followed).tolist():
+    for condition_index in np.flatnonzero(~is_followed).tolist():
         # a condition that did not vary has a level; one that varied has a line
-        followed_values = values_of_followed if is_varied[index] else {}
-        fixed.append(_fixed(names[index], conditions[:, index], followed_values, settings))
+        followed_values = values_of_followed if is_varied[condition_index] else {}
+        fixed.append(
+            _fixed(
+                condition_names[condition_index],
+                conditions[:, condition_index],
+                followed_values,
+                settings,
+            )
+        )
     return tuple(fixed)
 
 
 def _fixed(
-    name: str, values: FloatArray, followed_values: Mapping[str, FloatArray], settings: FitSettings
+    condition_name: str,
+    values: FloatArray,
+    followed_values: Mapping[str, FloatArray],
+    settings: FitSettings,
 ) -> FixedCondition:
     """The level or line of one condition.
 
     Args:
-        name: Column of the condition.
+        condition_name: Column of the condition.
         values: Its value in each curve.
         followed_values: Values of the followed conditions with which it may be in step, by column;
             empty for a level.
         settings: `level_tolerance`.
     """
     if not len(values) or np.isnan(values).any():
-        return FixedCondition(name, None, 0.0)
+        return FixedCondition(condition_name, None, 0.0)
     if followed_values and np.min([values, *followed_values.values()]) <= 0:
         # a line is a power law, which has no value there
-        return FixedCondition(name, None, 0.0)
+        return FixedCondition(condition_name, None, 0.0)
     if followed_values:
         # a condition that moves the line by less than the tolerance is no part of it
         followed_values = {
@@ -247,18 +260,20 @@ def _fixed(
         line = _nearest_line(values, followed_values)
     else:
         line = _Line(float(values.mean()), np.full(len(values), values.mean()), ())
-    farthest = float(np.max(_relative_distance(name, values, line.values)))
-    return FixedCondition(name, line.level, farthest + settings.level_tolerance, line.in_step)
+    farthest = float(np.max(_relative_distance(condition_name, values, line.values)))
+    return FixedCondition(
+        condition_name, line.level, farthest + settings.level_tolerance, line.in_step
+    )
 
 
 @dataclass(frozen=True)
 class _Line:
-    """A condition as a power law of others.
+    """A fixed condition as a power law of followed conditions.
 
     Attributes:
-        level: Value at the centres of the others.
-        values: Value in each curve, shape (curves,).
-        in_step: The others and their exponents.
+        level: Its value where the followed conditions are at their centres.
+        values: Its value in each curve by the power law, shape (curves,).
+        in_step: The followed conditions and their exponents.
     """
 
     level: float
@@ -273,28 +288,28 @@ def _nearest_line(values: FloatArray, followed_values: Mapping[str, FloatArray])
         values: Value of the condition in each curve, shape (curves,).
         followed_values: Values of the other conditions by column.
     """
-    logs = np.log(list(followed_values.values()))
-    centres = logs.mean(axis=1, keepdims=True)
-    design = np.vstack([np.ones(len(values)), logs - centres]).T
-    solution, *_ = np.linalg.lstsq(design, np.log(values))
+    log_values = np.log(list(followed_values.values()))
+    centres = log_values.mean(axis=1, keepdims=True)
+    design = np.vstack([np.ones(len(values)), log_values - centres]).T
+    fitted_constants, *_ = np.linalg.lstsq(design, np.log(values))
     in_step = tuple(
-        InStep(followed, float(np.exp(centre)), float(exponent))
-        for followed, centre, exponent in zip(
-            followed_values, centres[:, 0], solution[1:], strict=True
+        InStep(followed_name, float(np.exp(centre)), float(exponent))
+        for followed_name, centre, exponent in zip(
+            followed_values, centres[:, 0], fitted_constants[1:], strict=True
         )
     )
-    return _Line(float(np.exp(solution[0])), np.exp(design @ solution), in_step)
+    return _Line(float(np.exp(fitted_constants[0])), np.exp(design @ fitted_constants), in_step)
 
 
 def _share_of_line(partner: InStep, followed_values: Mapping[str, FloatArray]) -> float:
-    """Range of the logarithm of a line that one of its conditions makes."""
+    """Range over the curves of the logarithm of the line, by one of its conditions alone."""
     return float(abs(partner.exponent) * np.ptp(np.log(followed_values[partner.condition])))
 
 
 def is_off_tested_level(
     fixed: FixedCondition, values_by_condition: Mapping[str, FloatArray]
 ) -> npt.NDArray[np.bool_]:
-    """True where a condition is away from its tested level or line; NaN means on the line.
+    """Whether a condition is away from its tested level or line; NaN stands for a value on it.
 
     Args:
         fixed: The condition.
@@ -305,41 +320,43 @@ def is_off_tested_level(
     return np.asarray(~np.isnan(values) & ~reaches(fixed.within, distance))
 
 
-def _relative_distance(name: str, values: FloatArray, line: FloatArray) -> FloatArray:
-    """Distance of a condition's values from its tested values, over the magnitude of the latter."""
-    magnitude = np.maximum(np.abs(line), LEAST_MAGNITUDE.get(name, 0.0))
-    return np.asarray(np.abs(values - line) / magnitude)
+def _relative_distance(
+    condition_name: str, values: FloatArray, tested_values: FloatArray
+) -> FloatArray:
+    """Distance of a condition's values from its tested values, over their magnitude."""
+    magnitude = np.maximum(np.abs(tested_values), LEAST_MAGNITUDE.get(condition_name, 0.0))
+    return np.asarray(np.abs(values - tested_values) / magnitude)
 
 
 def condition_level_numbers(
-    name: str, values: FloatArray, same: SameConditionSettings
+    condition_name: str, values: FloatArray, same_condition: SameConditionSettings
 ) -> IndexArray:
-    """Number of the level of each measured value of a condition, shape of the values.
+    """Index of the level of each measured value of a condition, from 1, shape of the values.
 
     Args:
-        name: Column of the condition.
-        values: Measured values; unknown ones have the level 0.
-        same: Largest range of the values of one level.
+        condition_name: Column of the condition.
+        values: Measured values. Unknown ones have the level 0.
+        same_condition: Largest range of the values of one level, for each condition.
     """
     relative_width = {
-        "max_hertz_pressure_gpa": same.max_hertz_pressure,
-        "load_n": same.load,
-        "entrainment_speed_m_s": same.entrainment_speed,
+        "max_hertz_pressure_gpa": same_condition.max_hertz_pressure,
+        "load_n": same_condition.load,
+        "entrainment_speed_m_s": same_condition.entrainment_speed,
     }
-    if name in relative_width:
-        return cluster_indices(np.log(values), relative_width[name])
-    return cluster_indices(values, same.inlet_temperature_c)
+    if condition_name in relative_width:
+        return cluster_indices(np.log(values), relative_width[condition_name])
+    return cluster_indices(values, same_condition.inlet_temperature_c)
 
 
 def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:
-    """Levels among measured values, counted from 0 for the lowest.
+    """Index of the level of each measured value, 0 for the lowest level.
 
     Args:
         values: One per curve.
         gap: A new level begins where two neighbours differ by more than this share of the range.
 
     Returns:
-        Level of each value; all 0 where a value is unknown.
+        Shape (curves,); all 0 where a value is unknown.
 
     Examples:
         >>> level_numbers_by_gap(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
@@ -347,8 +364,8 @@ def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:
     """
     if not np.isfinite(values).all():
         return np.zeros(len(values), dtype=np.int64)
-    order = np.argsort(values)
-    steps = np.diff(values[order], prepend=values.min())
-    numbers = np.empty(len(values), dtype=np.int64)
-    numbers[order] = np.cumsum(exceeds(steps, gap * np.ptp(values)))
-    return numbers
+    curves_by_value = np.argsort(values)
+    steps = np.diff(values[curves_by_value], prepend=values.min())
+    level_of_curve = np.empty(len(values), dtype=np.int64)
+    level_of_curve[curves_by_value] = np.cumsum(exceeds(steps, gap * np.ptp(values)))
+    return level_of_curve

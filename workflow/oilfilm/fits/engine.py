@@ -20,13 +20,13 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 
-# Points that are enough to find the valleys; their floors are compared with all points.
+# Number of points that are enough to find the valleys. The floors are compared with all points.
 _POINTS_TO_FIND_VALLEYS = 500
 # Relative decrease of the SSE at which a descent to a valley ends: local minima are 7 % and more
 # above the best one.
 _VALLEY_TOLERANCE = 1e-3
-# Steps of a descent to a valley with few points, then with all points. A descent that needs more
-# runs off.
+# Largest number of steps of a descent to a valley, with few points and then with all points. A
+# descent that needs more diverges.
 _STEPS_TO_VALLEY = 50
 _STEPS_WITH_ALL_POINTS = 15
 # Relative decrease of the SSE where Newton's method begins, and where it ends.
@@ -43,16 +43,21 @@ _AT_BOUND = 1e-6
 
 @dataclass(frozen=True)
 class Optimum:
-    """End of one search: free internal constants and the sum of squared errors there."""
+    """The end of a search.
 
-    values: FloatArray
+    Attributes:
+        constants: Free internal constants, shape (free,).
+        sse: Sum of squared errors there.
+    """
+
+    constants: FloatArray
     sse: float
 
 
 def search(
     problem: Problem, settings: FitSettings, randoms: Sequence[np.random.Generator]
 ) -> list[Optimum]:
-    """Independent global searches.
+    """Independent global searches; the optimum of each of them.
 
     Differential evolution is stopped while its population still covers several valleys. Members
     of all ranks are then polished, and the lowest end counts. On the hardest oil a fully converged
@@ -65,33 +70,38 @@ def search(
         randoms: Source of each search's random numbers.
 
     Returns:
-        The optimum of each search.
+        One optimum per search.
     """
-    thinned = problem.thinned(_POINTS_TO_FIND_VALLEYS)
-    members = np.stack([_evolved(thinned, settings, random) for random in randoms])
-    searches, members_per_search, free = members.shape
-    starts = members.reshape(-1, free)
-    ends, _ = descend(thinned, starts, tolerance=_VALLEY_TOLERANCE, most_steps=_STEPS_TO_VALLEY)
+    thinned_problem = problem.thinned(_POINTS_TO_FIND_VALLEYS)
+    members = np.stack([_evolved(thinned_problem, settings, random) for random in randoms])
+    search_count, member_count, free_count = members.shape
+    starts = members.reshape(-1, free_count)
+    ends, _ = descend(
+        thinned_problem, starts, tolerance=_VALLEY_TOLERANCE, most_steps=_STEPS_TO_VALLEY
+    )
     ends, sse = descend(
         problem, ends, tolerance=_VALLEY_TOLERANCE, most_steps=_STEPS_WITH_ALL_POINTS
     )
     ends = ends.reshape(members.shape)
-    lowest = np.argmin(sse.reshape(searches, members_per_search), axis=1)
-    return [polish(problem, ends[number, member]) for number, member in enumerate(lowest)]
+    lowest_member = np.argmin(sse.reshape(search_count, member_count), axis=1)
+    return [
+        polish(problem, ends[search_index, member_index])
+        for search_index, member_index in enumerate(lowest_member)
+    ]
 
 
 def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generator) -> FloatArray:
-    """Members of all ranks of one search's last population.
+    """Members of one search's last population, evenly spread over the ranks of their errors.
 
     Returns:
         Free internal constants, shape (polished, free).
 
     Reference: R. Storn, K. Price, J. Glob. Optim. 11 (1997) 341, DE/rand/1/bin.
     """
-    low, high = problem.limits.T
+    low, high = problem.free_bounds.T
     start_lower = np.array([constant.start_lower for constant in problem.law.constants])
-    low = np.maximum(low, start_lower[problem.free])
-    candidates = max(settings.population, _CANDIDATES_PER_CONSTANT * len(low))
+    low = np.maximum(low, start_lower[problem.is_free])
+    candidate_count = max(settings.population, _CANDIDATES_PER_CONSTANT * len(low))
 
     # SciPy's type hints have no vectorized function
     def sse_of_members(members: FloatArray) -> Any:
@@ -103,7 +113,7 @@ def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generato
         sse_of_members,
         scipy.optimize.Bounds(low, high),
         strategy="rand1bin",
-        popsize=math.ceil(candidates / len(low)),
+        popsize=math.ceil(candidate_count / len(low)),
         maxiter=settings.generations,
         tol=0,  # all generations
         mutation=_MUTATION,
@@ -114,15 +124,15 @@ def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generato
         rng=random,
     )
     ranks = np.linspace(0, len(result.population) - 1, settings.polished).astype(int)
-    by_rank = np.argsort(result.population_energies, kind="stable")
-    return np.asarray(result.population[by_rank[ranks]])
+    members_by_rank = np.argsort(result.population_energies, kind="stable")
+    return np.asarray(result.population[members_by_rank[ranks]])
 
 
-def at_bounds(problem: Problem, values: FloatArray) -> BoolArray:
-    """Which free constants, shape (..., free), are at a bound of the search."""
-    low, high = problem.limits.T
+def at_bounds(problem: Problem, constants: FloatArray) -> BoolArray:
+    """Whether each free constant is at a bound of the search, shape (..., free)."""
+    low, high = problem.free_bounds.T
     margin = _AT_BOUND * (high - low)
-    return np.asarray((values <= low + margin) | (values >= high - margin))
+    return np.asarray((constants <= low + margin) | (constants >= high - margin))
 
 
 def polish(problem: Problem, start: FloatArray) -> Optimum:
@@ -134,13 +144,13 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
         problem: What to fit.
         start: Free internal constants to start from, shape (free,).
     """
-    low, high = problem.limits.T
+    low, high = problem.free_bounds.T
     ends = np.clip(start, low, high)[np.newaxis]
     # from a rough start Newton's method may run off along a valley without a floor
     ends, _ = descend(
         problem,
         ends,
-        held=at_bounds(problem, ends),
+        is_held=at_bounds(problem, ends),
         tolerance=_NEWTON_TOLERANCE,
         starts_near_ends=False,
     )
@@ -148,7 +158,9 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
     # from its end leaves rounding only.
     for _ in range(2):
         held = at_bounds(problem, ends)
-        ends, sse = descend(problem, ends, held=held, tolerance=_LAST_DIGITS, starts_near_ends=True)
+        ends, sse = descend(
+            problem, ends, is_held=held, tolerance=_LAST_DIGITS, starts_near_ends=True
+        )
     return Optimum(ends[0], float(sse[0]))
 
 

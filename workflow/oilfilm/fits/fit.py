@@ -1,4 +1,4 @@
-"""One law fitted to one oil: searches, certificate, errors, also at curves left out of the fit.
+"""One law fitted to one oil: searches, certificate, errors, cross-validation.
 
 Decides: the errors of curves left out.
 """
@@ -76,8 +76,13 @@ def fit_law(points: pd.DataFrame, oil: str, law_name: str, settings: Settings) -
         # a law that needs properties of the oil
         law = laws_of(oil, settings).get(law_name)
     if law is None:
-        quality = {"oil": oil, "law": law_name, "configured": True, "no_fit": "properties unknown"}
-        return tables_without_fit([], quality)
+        quality_row = {
+            "oil": oil,
+            "law": law_name,
+            "configured": True,
+            "no_fit": "properties unknown",
+        }
+        return tables_without_fit([], quality_row)
     return fit_oil(points, oil, settings.fit, settings.seed, law)
 
 
@@ -105,18 +110,18 @@ def fit_oil(
         points = points[is_of_oil]
     data = curve_data(points, law.conditions)
     is_incomplete = incomplete_curves(law.conditions, data.conditions, settings)
-    incomplete_runs = list(itertools.compress(data.runs, is_incomplete))
+    incomplete_runs = list(itertools.compress(data.run_ids, is_incomplete))
     if incomplete_runs:
         points = points[~points["run_id"].isin(incomplete_runs)]
         data = curve_data(points, law.conditions)
-    followed = followed_conditions(law.conditions, data.conditions, settings)
-    fixed = fixed_conditions(law.conditions, data.conditions, followed, settings)
-    quality: dict[str, Any] = {
+    is_followed = followed_conditions(law.conditions, data.conditions, settings)
+    fixed = fixed_conditions(law.conditions, data.conditions, is_followed, settings)
+    quality_row: dict[str, Any] = {
         "oil": oil,
         "law": law.name,
         "configured": True,
         "n_points": len(data.mu),
-        "n_curves": len(data.runs),
+        "n_curves": len(data.run_ids),
         "incomplete_curves": tuple(incomplete_runs),
         "fixed_conditions": fixed_to_text(fixed),
     }
@@ -124,47 +129,51 @@ def fit_oil(
     smallest = accepted.min()
     largest = accepted.max()
     for name in BOX_COLUMNS:
-        quality[f"tested_min_{name}"] = float(smallest[name])
-        quality[f"tested_max_{name}"] = float(largest[name])
-    obstacle = _obstacle(law, data, followed)
+        quality_row[f"tested_min_{name}"] = float(smallest[name])
+        quality_row[f"tested_max_{name}"] = float(largest[name])
+    obstacle = _obstacle(law, data, is_followed)
     if obstacle:
-        return tables_without_fit(fitted_names(law), {**quality, **obstacle})
-    problem = build_problem(law, data, followed)
+        return tables_without_fit(fitted_names(law), {**quality_row, **obstacle})
+    problem = build_problem(law, data, is_followed)
     solution = _solve(problem, oil, points, settings, seed)
-    quality.update(_errors_at_end_levels(solution, points, settings))
-    return tables_of_fit(solution, points, quality, settings)
+    quality_row.update(_errors_at_end_levels(solution, points, settings))
+    return tables_of_fit(solution, points, quality_row, settings)
 
 
-def _obstacle(law: Law, data: CurveData, followed: BoolArray) -> dict[str, Any]:
+def _obstacle(law: Law, data: CurveData, is_followed: BoolArray) -> dict[str, Any]:
     """Why a law cannot be fitted to data, as columns of `fit_quality`; empty where it can.
 
     Args:
         law: The law.
         data: The accepted points.
-        followed: Which conditions of the law vary, shape (conditions,).
+        is_followed: Whether the fit follows each condition of the law, shape (conditions,).
     """
     try:
-        law.varied_groups(followed)
+        law.varied_groups(is_followed)
     except ValueError:
         return {"no_fit": "conditions did not vary"}
     try:
-        problem = build_problem(law, data, followed)
+        problem = build_problem(law, data, is_followed)
     except NoValueError:
         return {"no_fit": "no value"}
     if not len(data.mu):
         return {"no_fit": "no points"}
-    unusable = int(np.sum(~np.isfinite(data.mu + data.slip)))
-    if unusable:
-        return {"no_fit": "unknown traction", "unusable_points": unusable}
+    unusable_count = int(np.sum(~np.isfinite(data.mu + data.slip)))
+    if unusable_count:
+        return {"no_fit": "unknown traction", "unusable_points": unusable_count}
     if not np.any(data.slip):
         return {"no_fit": "no slip"}
     if not np.any(data.mu > 0):
         return {"no_fit": "no traction"}
-    points = np.column_stack([data.conditions[data.curve], data.slip, data.mu])
-    distinct = len(np.unique(points, axis=0))
-    needed = int(problem.free.sum()) + 1
-    if distinct < needed:
-        return {"no_fit": "too few points", "distinct_points": distinct, "points_needed": needed}
+    point_rows = np.column_stack([data.conditions[data.curve_of_point], data.slip, data.mu])
+    distinct_count = len(np.unique(point_rows, axis=0))
+    needed_count = int(problem.is_free.sum()) + 1
+    if distinct_count < needed_count:
+        return {
+            "no_fit": "too few points",
+            "distinct_points": distinct_count,
+            "points_needed": needed_count,
+        }
     if np.ptp(data.mu) == 0:
         return {"no_fit": "constant traction"}
     return {}
@@ -188,25 +197,25 @@ def _solve(
         random = generator(seed, "nested", oil)
         optima.append(_from_nested(problem, problem.law.nested, settings, random))
     problem, optima = _with_bounds_held(problem, optima)
-    best = min(optima, key=lambda optimum: optimum.sse)
-    naive = naive_covariance(problem, best)
-    all_refits = _refits(problem, best, settings, generator(seed, "bootstrap", oil))
+    optimum = min(optima, key=lambda optimum: optimum.sse)
+    naive = naive_covariance(problem, optimum)
+    all_refits = _refits(problem, optimum, settings, generator(seed, "bootstrap", oil))
     # a refit at a bound ended where the search stopped, and its constants mean nothing
     refits = all_refits[~at_bounds(problem, all_refits).any(axis=1)]
-    shifted = calibration_refits(problem, best, points)
-    estimates = Estimates(best.values, naive, refits, shifted)
+    shifted_refits = calibration_refits(problem, optimum, points)
+    estimates = Estimates(optimum.constants, naive, refits, shifted_refits)
     # the seed does not contain the law: the same groups are left out for every law
     random = generator(seed, "left out", oil)
-    left_out = leave_curves_out(problem, best, settings, random)
+    left_out_errors = leave_curves_out(problem, optimum, settings, random)
     return Solution(
         problem=problem,
-        best=best,
+        optimum=optimum,
         certificate=certify(problem, optima, np.sqrt(np.diag(naive)), settings),
         estimates=estimates.reported(problem),
-        profiles=profiles(problem, best, naive),
-        robust=robust_fit(problem, best),
-        left_out=left_out,
-        refits_at_bounds=len(all_refits) - len(refits),
+        profiles=profiles(problem, optimum, naive),
+        robust=robust_fit(problem, optimum),
+        left_out_errors=left_out_errors,
+        refits_at_bounds_count=len(all_refits) - len(refits),
     )
 
 
@@ -214,29 +223,30 @@ def _from_nested(
     problem: Problem, nested: Law, settings: FitSettings, random: np.random.Generator
 ) -> Optimum:
     """One more search, from the optimum of a law that is a special case of the problem's law."""
-    nested_problem = build_problem(nested, problem.data, problem.varied)
-    (best,) = search(nested_problem, settings, [random])
-    values = nested_problem.expand(best.values)
-    value_of = {
-        constant.name: value for constant, value in zip(nested.constants, values, strict=True)
+    nested_problem = build_problem(nested, problem.data, problem.is_followed_condition)
+    (nested_optimum,) = search(nested_problem, settings, [random])
+    nested_constants = nested_problem.expand(nested_optimum.constants)
+    value_by_name = {
+        constant.name: value
+        for constant, value in zip(nested.constants, nested_constants, strict=True)
     }
-    start = [value_of.get(constant.name, constant.lower) for constant in problem.law.constants]
-    return polish(problem, np.array(start)[problem.free])
+    start = [value_by_name.get(constant.name, constant.lower) for constant in problem.law.constants]
+    return polish(problem, np.array(start)[problem.is_free])
 
 
 def _refits(
-    problem: Problem, best: Optimum, settings: FitSettings, random: np.random.Generator
+    problem: Problem, optimum: Optimum, settings: FitSettings, random: np.random.Generator
 ) -> FloatArray:
     """Constants as other campaigns of such runs would give them, shape (refits, free).
 
-    By the bootstrap over curves, by draws from the cluster-robust covariance where the curves are
-    too few for that, and no refits where they are too few for both.
+    They come from the bootstrap over curves. Where the curves are too few for it, they are drawn
+    from the cluster-robust covariance. There are none where the curves are too few for both.
     """
-    if problem.curves < settings.min_curves_for_errors:
-        return np.empty((0, len(best.values)))
-    if problem.curves < settings.min_curves_to_resample:
-        return robust_draws(problem, best, settings.bootstrap, random)
-    return curve_bootstrap(problem, best, settings.bootstrap, random)
+    if problem.curve_count < settings.min_curves_for_errors:
+        return np.empty((0, len(optimum.constants)))
+    if problem.curve_count < settings.min_curves_to_resample:
+        return robust_draws(problem, optimum, settings.bootstrap, random)
+    return curve_bootstrap(problem, optimum, settings.bootstrap, random)
 
 
 def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem, list[Optimum]]:
@@ -246,9 +256,9 @@ def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem,
         The problem, and all optima without these constants.
     """
     lowest = min(optima, key=lambda optimum: optimum.sse)
-    is_held = at_bounds(problem, lowest.values)
-    remaining = [Optimum(optimum.values[~is_held], optimum.sse) for optimum in optima]
-    return problem.holding(lowest.values, is_held), remaining
+    is_held = at_bounds(problem, lowest.constants)
+    reduced_optima = [Optimum(optimum.constants[~is_held], optimum.sse) for optimum in optima]
+    return problem.holding(lowest.constants, is_held), reduced_optima
 
 
 def _errors_at_end_levels(
@@ -265,9 +275,11 @@ def _errors_at_end_levels(
     # a condition that did not vary only scatters: it has no lowest and highest level
     conditions = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
     columns = {}
-    for name, values in zip(("pressure", "speed", "temperature"), conditions.T, strict=True):
-        level_numbers = level_numbers_by_gap(values, settings.level_gap)
-        errors = leave_ends_out(problem, solution.best, level_numbers, settings)
+    for name, values_of_condition in zip(
+        ("pressure", "speed", "temperature"), conditions.T, strict=True
+    ):
+        level_of_curve = level_numbers_by_gap(values_of_condition, settings.level_gap)
+        errors = leave_ends_out(problem, solution.optimum, level_of_curve, settings)
         sum_of_mu_squared = np.sum(problem.mu[np.isfinite(errors)] ** 2)
         relative_rms = np.nan
         if sum_of_mu_squared:
@@ -301,16 +313,16 @@ def leave_curves_out(
     Reference: T. Hastie, R. Tibshirani, J. Friedman, The Elements of Statistical Learning, 2nd ed.
         (2009), section 7.10.1.
     """
-    group_of_curve = np.arange(problem.curves)
-    if problem.curves > settings.left_out_groups:
+    group_of_curve = np.arange(problem.curve_count)
+    if problem.curve_count > settings.left_out_groups:
         group_of_curve = random.permutation(group_of_curve) % settings.left_out_groups
     groups = np.unique(group_of_curve)
-    left_out = groups[:, np.newaxis] == group_of_curve
-    return _errors_left_out(problem, optimum, left_out, settings)
+    is_left_out = groups[:, np.newaxis] == group_of_curve
+    return _errors_left_out(problem, optimum, is_left_out, settings)
 
 
 def leave_ends_out(
-    problem: Problem, optimum: Optimum, level_numbers: IndexArray, settings: FitSettings
+    problem: Problem, optimum: Optimum, level_of_curve: IndexArray, settings: FitSettings
 ) -> FloatArray:
     """Error of each point's mu at the lowest and highest level, by fits without that level.
 
@@ -319,28 +331,28 @@ def leave_ends_out(
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        level_numbers: Level of each curve, counted from 0, as by `level_numbers_by_gap`.
+        level_of_curve: Index of the level of each curve, as `level_numbers_by_gap` returns it.
         settings: Those of `followed_conditions`.
 
     Returns:
         Fitted minus measured mu, shape (points,). NaN at all levels between, and at all points
         where there are fewer than two levels or the other levels do not determine a constant.
     """
-    if level_numbers.max(initial=0) == 0:
+    if level_of_curve.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
-    ends = np.stack([level_numbers == 0, level_numbers == level_numbers.max()])
-    return _errors_left_out(problem, optimum, ends, settings)
+    is_left_out = np.stack([level_of_curve == 0, level_of_curve == level_of_curve.max()])
+    return _errors_left_out(problem, optimum, is_left_out, settings)
 
 
 def _errors_left_out(
-    problem: Problem, optimum: Optimum, left_out: BoolArray, settings: FitSettings
+    problem: Problem, optimum: Optimum, is_left_out: BoolArray, settings: FitSettings
 ) -> FloatArray:
     """Errors at curves left out, by fits to the other curves.
 
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        left_out: Curves that each fit leaves out, shape (fits, curves).
+        is_left_out: Whether each fit leaves out each curve, shape (fits, curves).
         settings: Those of `followed_conditions`.
 
     Returns:
@@ -348,20 +360,22 @@ def _errors_left_out(
         the other curves do not determine a constant.
     """
     # not by the rank: a condition with one level left still scatters
-    conditions = problem.data.conditions[:, problem.varied]
-    names = list(itertools.compress(problem.law.conditions, problem.varied))
+    conditions = problem.data.conditions[:, problem.is_followed_condition]
+    condition_names = list(
+        itertools.compress(problem.law.conditions, problem.is_followed_condition)
+    )
     is_possible = []
-    for row in left_out:
-        followed = followed_conditions(names, conditions[~row], settings)
-        is_possible.append(bool(followed.all()) and not row.all())
-    left_out = left_out[is_possible]
-    starts = np.tile(optimum.values, (len(left_out), 1))
-    weights = (~left_out).astype(float)
+    for is_out_of_fit in is_left_out:
+        followed = followed_conditions(condition_names, conditions[~is_out_of_fit], settings)
+        is_possible.append(bool(followed.all()) and not is_out_of_fit.all())
+    is_left_out = is_left_out[is_possible]
+    starts = np.tile(optimum.constants, (len(is_left_out), 1))
+    weights = (~is_left_out).astype(float)
     ends, _ = descend(
         problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, starts_near_ends=True
     )
     errors = np.full(len(problem.mu), np.nan)
-    for end, row in zip(ends, left_out, strict=True):
-        points = row[problem.observations.curve]
-        errors[points] = problem.residual(end)[points]
+    for end, is_out_of_fit in zip(ends, is_left_out, strict=True):
+        is_point_out = is_out_of_fit[problem.observations.curve_of_point]
+        errors[is_point_out] = problem.residual(end)[is_point_out]
     return errors

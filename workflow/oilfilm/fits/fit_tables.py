@@ -31,7 +31,8 @@ from oilfilm.traction.law import CONDITIONS, Law, Observations
 _ROUNDING = 1e-20
 # A standard error is not below this where constants are compared in standard errors.
 _LEAST_ERROR = 1e-9
-# Levels of each condition, and slips, at which mu is evaluated over the tested box.
+# Number of levels of each condition, and number of slips, at which mu is evaluated over the tested
+# box.
 _GRID_LEVELS = 9
 _GRID_SLIPS = 61
 
@@ -42,41 +43,41 @@ class Solution:
 
     Attributes:
         problem: What was fitted; constants that ran into a bound are held there.
-        best: The optimum with the smallest SSE.
+        optimum: The optimum with the smallest SSE.
         certificate: Columns of `fit_quality`, as `certify` returns them.
         estimates: The free constants in the form of the law's equation, with their errors.
         profiles: Profile of each free constant.
         robust: The fit with a robust loss; None for an exact fit.
-        left_out: Fitted minus measured mu of each point by a fit without its curve, shape
-            (points,); NaN where there is no such fit.
-        refits_at_bounds: Number of refits in which a constant ended at a bound. They are not among
-            the refits of `estimates`.
+        left_out_errors: Fitted minus measured mu of each point, by a fit without the point's curve,
+            shape (points,); NaN where there is no such fit.
+        refits_at_bounds_count: Number of refits in which a constant ended at a bound. They are not
+            among the refits of `estimates`.
     """
 
     problem: Problem
-    best: Optimum
+    optimum: Optimum
     certificate: Mapping[str, Any]
     estimates: Estimates
     profiles: Profiles
     robust: RobustFit | None
-    left_out: FloatArray
-    refits_at_bounds: int
+    left_out_errors: FloatArray
+    refits_at_bounds_count: int
 
 
 def tables_of_fit(
-    solution: Solution, points: pd.DataFrame, quality: Mapping[str, Any], settings: FitSettings
+    solution: Solution, points: pd.DataFrame, quality_row: Mapping[str, Any], settings: FitSettings
 ) -> CampaignTables:
     """The tables of a fit.
 
     Args:
         solution: The fit.
         points: The oil's rows of the table of points, without those of incomplete curves.
-        quality: Oil, law, counts and tested box: the first columns of the row of `fit_quality`.
+        quality_row: Oil, law, counts and tested box: the first columns of the row of `fit_quality`.
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
     return _with_oil_and_law(
-        {**quality, **_quality(solution)},
-        coefficients=_coefficients(solution, settings, quality["fixed_conditions"]),
+        {**quality_row, **_quality(solution)},
+        coefficients=_coefficients(solution, settings, quality_row["fixed_conditions"]),
         refits=_refits(solution),
         correlations=_correlations(solution),
         profiles=_profiles(solution),
@@ -85,30 +86,32 @@ def tables_of_fit(
     )
 
 
-def tables_without_fit(constants: Sequence[str], quality: Mapping[str, Any]) -> CampaignTables:
+def tables_without_fit(
+    constant_names: Sequence[str], quality_row: Mapping[str, Any]
+) -> CampaignTables:
     """The tables of data that cannot be fitted: no values, and the reason.
 
     Args:
-        constants: Names of the constants of the law that are fitted.
-        quality: As in `tables_of_fit`, with the reason as `no_fit`.
+        constant_names: Names of the constants that the law would have fitted.
+        quality_row: As in `tables_of_fit`, with the reason as `no_fit`.
     """
-    rows = pd.DataFrame({"constant": constants}).assign(verdict="not identifiable")
-    return _with_oil_and_law(quality, coefficients=rows)
+    rows = pd.DataFrame({"constant": constant_names}).assign(verdict="not identifiable")
+    return _with_oil_and_law(quality_row, coefficients=rows)
 
 
-def _with_oil_and_law(quality: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
+def _with_oil_and_law(quality_row: Mapping[str, Any], **frames: pd.DataFrame) -> CampaignTables:
     """The tables of a fit, with oil and law in every row; tables without rows are empty.
 
     Args:
-        quality: The row of `fit_quality`.
+        quality_row: The row of `fit_quality`.
         frames: The other tables by name.
     """
-    frames["fit_quality"] = pd.DataFrame([quality])
-    oil = quality["oil"]
+    frames["fit_quality"] = pd.DataFrame([quality_row])
+    oil = quality_row["oil"]
     finished = {name: tables.empty(name) for name in FIT_TABLES}
     for name, frame in frames.items():
         if len(frame):
-            rows = frame.assign(oil=oil, law=quality["law"])
+            rows = frame.assign(oil=oil, law=quality_row["law"])
             finished[name] = tables.filled(rows, name, f"fit of {oil}")
     return CampaignTables.in_memory(**finished)
 
@@ -116,39 +119,41 @@ def _with_oil_and_law(quality: Mapping[str, Any], **frames: pd.DataFrame) -> Cam
 def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: str) -> pd.DataFrame:
     """One row per constant, in the order of the law."""
     law = solution.problem.law
-    at_bounds = solution.problem.at_bounds
+    values_at_bounds = solution.problem.values_at_bounds
     estimated = _estimated(solution, settings.sign_confidence)
     # the level of a condition that did not vary is inside X0, and the row is then that of X
-    has_value = set(estimated.index) | set(at_bounds)
-    coefficients_at_level = [name for name in law.coefficient_names if name in has_value]
+    has_value = set(estimated.index) | set(values_at_bounds)
+    coefficients_at_level = [
+        constant_name for constant_name in law.coefficient_names if constant_name in has_value
+    ]
     rows = estimated.reindex(fitted_names(law) + coefficients_at_level)
     rows["identifiable"] = rows.index.isin(estimated.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
-    for name, value in at_bounds.items():
-        rows.loc[name, ["value", "verdict"]] = value, "at a bound"
-    in_step = _exponents_in_step(law, fixed_from_text(fixed_conditions))
-    rows.loc[rows.index.isin(in_step) & rows["identifiable"], "verdict"] = "in step"
+    for constant_name, value in values_at_bounds.items():
+        rows.loc[constant_name, ["value", "verdict"]] = value, "at a bound"
+    names_in_step = _exponents_in_step(law, fixed_from_text(fixed_conditions))
+    rows.loc[rows.index.isin(names_in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
 
 
 def _exponents_in_step(law: Law, fixed_conditions: Sequence[FixedCondition]) -> list[str]:
-    """Names of the exponents that hold along a line of several conditions, not for one alone."""
+    """Names of the exponents that hold along a line of conditions in step, not for one alone."""
     on_lines = set()
     for fixed in fixed_conditions:
-        for other in fixed.in_step:
-            on_lines.add(other.condition)
+        for partner in fixed.in_step:
+            on_lines.add(partner.condition)
     if not on_lines:
         return []
     if law.groups == law.conditions:
-        groups = on_lines
+        groups_on_lines = on_lines
     else:
         # each group may contain a condition of the line
-        groups = set(law.groups)
-    return [constant.name for constant in law.constants if constant.condition in groups]
+        groups_on_lines = set(law.groups)
+    return [constant.name for constant in law.constants if constant.condition in groups_on_lines]
 
 
 def fitted_names(law: Law) -> list[str]:
-    """Names of the constants of a law that are fitted."""
+    """Names of the constants of a law that are not prescribed."""
     return [constant.name for constant in law.constants if constant.prescribed is None]
 
 
@@ -156,30 +161,30 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
     estimates = solution.estimates
     # errors from the calibration of the sensors
-    systematic = np.sqrt(((estimates.shifted - estimates.values) ** 2).sum(axis=0))
+    systematic = np.sqrt(((estimates.shifted_refits - estimates.values) ** 2).sum(axis=0))
     rows = pd.DataFrame(
         {
             "value": estimates.values,
             "standard_error": np.nan,
             "lower": np.nan,
             "upper": np.nan,
-            "naive_standard_error": np.sqrt(np.diag(estimates.naive)),
-            "systematic_standard_error": systematic if len(estimates.shifted) else np.nan,
+            "naive_standard_error": np.sqrt(np.diag(estimates.naive_covariance)),
+            "systematic_standard_error": systematic if len(estimates.shifted_refits) else np.nan,
             "verdict": "no interval",
         },
-        index=solution.problem.names,
+        index=solution.problem.free_names,
     )
     if len(estimates.refits):
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
-        low, high = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
+        lower_quantile, upper_quantile = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
         # A fit gives the signs of all its constants at once. With intervals of 95 % each, one of
         # twelve constants without effect would get a sign in every second fit. Bonferroni's limit
         # is for all of them together.
         half_width = normal_quantile(1 - (1 - sign_confidence) / len(rows)) * error
         # the distribution of the refits may be skew
-        rows["lower"] = np.minimum(rows["value"] - half_width, low)
-        rows["upper"] = np.maximum(rows["value"] + half_width, high)
+        rows["lower"] = np.minimum(rows["value"] - half_width, lower_quantile)
+        rows["upper"] = np.maximum(rows["value"] + half_width, upper_quantile)
         # in an exact fit the sign of a zero is rounding; exponents are of the size of 1
         is_positive = exceeds(rows["lower"], 0.0, size=1.0)
         is_negative = exceeds(0.0, rows["upper"], size=1.0)
@@ -190,22 +195,22 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
 def _quality(solution: Solution) -> dict[str, Any]:
     """Columns of `fit_quality` that come from the solution."""
     problem = solution.problem
-    best = solution.best
-    residual = problem.residual(best.values)
+    optimum = solution.optimum
+    residual = problem.residual(optimum.constants)
     rmse = float(np.sqrt(np.mean(residual**2)))
-    constants = len(best.values) + len(problem.at_bounds)
-    rows, slips = tested_grid(problem)
-    at_zero_slip = traction_on(problem, best, rows, slips)[:, 0]
+    constant_count = len(optimum.constants) + len(problem.values_at_bounds)
+    design_rows, slips = tested_grid(problem)
+    at_zero_slip = traction_on(problem, optimum, design_rows, slips)[:, 0]
     return {
-        "n_constants": constants,
-        "sse": best.sse,
+        "n_constants": constant_count,
+        "sse": optimum.sse,
         "rmse": rmse,
         "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
-        "bic": bayesian_criterion(best.sse, len(residual), constants),
+        "bic": bayesian_criterion(optimum.sse, len(residual), constant_count),
         "zero_slip_traction": float(at_zero_slip[first_largest(np.abs(at_zero_slip))]),
-        "left_out_rmse": float(np.sqrt(np.mean(solution.left_out**2))),
-        "refits_at_bounds": solution.refits_at_bounds,
+        "left_out_rmse": float(np.sqrt(np.mean(solution.left_out_errors**2))),
+        "refits_at_bounds": solution.refits_at_bounds_count,
         **solution.certificate,
     }
 
@@ -239,69 +244,75 @@ def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
 
 
 def _refits(solution: Solution) -> pd.DataFrame:
-    """Constants of each refit: first those to resampled curves, then those with a sensor off."""
-    names = solution.problem.names
+    """Rows of the table `refits`: refits to resampled curves, then those with a sensor off."""
+    constant_names = solution.problem.free_names
     resampled = solution.estimates.refits
-    shifted = solution.estimates.shifted
+    shifted = solution.estimates.shifted_refits
     values = np.vstack([resampled, shifted])
     causes = ["resampled curves"] * len(resampled)
     causes += [f"calibration of {sensor}" for sensor in SENSORS[: len(shifted)]]
     refit_numbers = list(range(len(resampled))) + [0] * len(shifted)
     return pd.DataFrame(
         {
-            "cause": np.repeat(causes, len(names)),
-            "refit": np.repeat(refit_numbers, len(names)),
-            "constant": names * len(values),
+            "cause": np.repeat(causes, len(constant_names)),
+            "refit": np.repeat(refit_numbers, len(constant_names)),
+            "constant": constant_names * len(values),
             "value": values.ravel(),
         }
     )
 
 
 def _correlations(solution: Solution) -> pd.DataFrame:
-    """Correlation of each pair of constants."""
-    names = np.array(solution.problem.names)
-    first, second = np.triu_indices(len(names), k=1)
-    values = solution.estimates.correlation[first, second]
-    return pd.DataFrame({"constant": names[first], "other": names[second], "correlation": values})
+    """Rows of the table `correlations`: the correlation of each pair of constants."""
+    constant_names = np.array(solution.problem.free_names)
+    first_index, second_index = np.triu_indices(len(constant_names), k=1)
+    values = solution.estimates.correlation[first_index, second_index]
+    return pd.DataFrame(
+        {
+            "constant": constant_names[first_index],
+            "other": constant_names[second_index],
+            "correlation": values,
+        }
+    )
 
 
 def _profiles(solution: Solution) -> pd.DataFrame:
-    """Profile of each constant: its values and the signed root of the SSE's rise there."""
+    """Rows of the table `profiles`: values of each constant, and the root of the SSE's rise."""
     problem = solution.problem
-    values, signed_root = solution.profiles
+    held_values, signed_root = solution.profiles
     # a constant below zero falls where its logarithm rises
     direction = np.where(problem.signs < 0, -1, 1)[:, np.newaxis]
     return pd.DataFrame(
         {
-            "constant": np.repeat(problem.names, values.shape[1]),
-            "value": problem.reported(values.T).T.ravel(),
+            "constant": np.repeat(problem.free_names, held_values.shape[1]),
+            "value": problem.reported(held_values.T).T.ravel(),
             "signed_root": (direction * signed_root).ravel(),
         }
     )
 
 
 def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
-    """mu of the law at each accepted point, and by the fit without the point's curve."""
+    """Rows of the table `law_points`: mu of the law, also by the fit without the point's curve."""
     data = solution.problem.data
     # the order of `curve_data`, whose traction is that of positive slip
     accepted = points[points["accepted"]].sort_values(["run_id", "first_row"])
     accepted = accepted.reset_index(drop=True)
     slip_sign = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
-    residual = solution.problem.residual(solution.best.values)
+    residual = solution.problem.residual(solution.optimum.constants)
     return accepted[["run_id", "first_row", "slide_roll_ratio"]].assign(
         traction_coefficient=slip_sign * (data.mu + residual),
-        left_out_traction_coefficient=slip_sign * (data.mu + solution.left_out),
+        left_out_traction_coefficient=slip_sign * (data.mu + solution.left_out_errors),
     )
 
 
 def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
-    """Mean conditions, misfit and agreement of each curve."""
+    """Rows of the table `curve_residuals`: mean conditions, misfit and agreement of each curve."""
     problem = solution.problem
     data = problem.data
-    residual = problem.residual(solution.best.values)
-    points_of_curve = np.bincount(data.curve, minlength=problem.curves)
-    sse_of_curve = np.bincount(data.curve, residual**2, minlength=problem.curves)
-    rows = pd.DataFrame({"run_id": data.runs, "n_points": points_of_curve})
+    residual = problem.residual(solution.optimum.constants)
+    points_of_curve = np.bincount(data.curve_of_point, minlength=problem.curve_count)
+    sse_of_curve = np.bincount(data.curve_of_point, residual**2, minlength=problem.curve_count)
+    rows = pd.DataFrame({"run_id": data.run_ids, "n_points": points_of_curve})
     for name in (*CONDITIONS, "load_n"):
         rows[f"mean_{name}"] = np.nan
     for name, values in zip(problem.law.conditions, data.conditions.T, strict=True):
@@ -327,54 +338,56 @@ def certify(
         naive_errors: Naive standard errors of the free constants.
         settings: Limits of config's fit.
     """
-    best = min(optima, key=lambda optimum: optimum.sse)
+    best_optimum = min(optima, key=lambda optimum: optimum.sse)
     # the residuals of an exact fit of exact points are rounding, on which searches do not agree
     rounding = _ROUNDING * float(np.sum(problem.mu**2))
     errors = np.maximum(naive_errors, _LEAST_ERROR)
     sse = np.array([optimum.sse for optimum in optima])
-    values = np.array([optimum.values for optimum in optima])
-    sse_spread = (sse - best.sse) / max(best.sse, rounding)
-    constant_spread = np.max(np.abs(values - best.values) / errors, axis=1)
+    constants = np.array([optimum.constants for optimum in optima])
+    sse_spread = (sse - best_optimum.sse) / max(best_optimum.sse, rounding)
+    constant_spread = np.max(np.abs(constants - best_optimum.constants) / errors, axis=1)
     agrees_in_sse = sse_spread <= settings.agreement_sse
     agrees_in_constants = constant_spread <= settings.agreement_constants
-    rows, slips = tested_grid(problem)
-    mu = traction_on(problem, best, rows, slips)
-    hessian_smallest, hessian_largest, condition_number = spectrum(problem, best)
-    numbers = {
+    design_rows, slips = tested_grid(problem)
+    mu = traction_on(problem, best_optimum, design_rows, slips)
+    hessian_smallest, hessian_largest, condition_number = spectrum(problem, best_optimum)
+    columns = {
         "searches": len(optima),
         "searches_agreeing": int(np.sum(agrees_in_sse & agrees_in_constants)),
         "sse_spread": float(sse_spread.max()),
         "constant_spread": float(constant_spread.max()),
-        "gradient_cosine": gradient_cosine(problem, best) if best.sse > rounding else 0.0,
+        "gradient_cosine": gradient_cosine(problem, best_optimum)
+        if best_optimum.sse > rounding
+        else 0.0,
         "min_traction": float(mu.min()),
         "condition_number": condition_number,
         "hessian_smallest": hessian_smallest,
         "hessian_largest": hessian_largest,
-        "active_bounds": tuple(problem.at_bounds),
+        "active_bounds": tuple(problem.values_at_bounds),
     }
-    doubts = _doubts(numbers, float(np.abs(mu).max()), settings)
-    return {**numbers, "certified": not doubts, "doubts": tuple(doubts)}
+    doubts = _doubts(columns, float(np.abs(mu).max()), settings)
+    return {**columns, "certified": not doubts, "doubts": tuple(doubts)}
 
 
-def _doubts(numbers: Mapping[str, Any], largest: float, settings: FitSettings) -> list[str]:
+def _doubts(columns: Mapping[str, Any], largest_mu: float, settings: FitSettings) -> list[str]:
     """Codes of the checks of a certificate that fail.
 
     Args:
-        numbers: Columns of `fit_quality`.
-        largest: Largest |mu| over the tested box.
+        columns: Columns of `fit_quality`, as `certify` computes them.
+        largest_mu: Largest |mu| over the tested box.
         settings: Limits of config's fit.
     """
-    is_singular = np.isnan(numbers["condition_number"])
-    fails = {
-        "searches disagree": numbers["searches_agreeing"] != numbers["searches"],
-        "errors differ": not numbers["sse_spread"] <= settings.agreement_sse,
-        "constants differ": not numbers["constant_spread"] <= settings.agreement_constants,
-        "gradient": not numbers["gradient_cosine"] <= settings.gradient_cosine_max,
-        "negative traction": not reaches(numbers["min_traction"], 0.0, size=largest),
-        "flat": is_singular or not numbers["hessian_smallest"] > 0,
-        "at bounds": len(numbers["active_bounds"]) > 0,
+    is_singular = np.isnan(columns["condition_number"])
+    fails_by_doubt = {
+        "searches disagree": columns["searches_agreeing"] != columns["searches"],
+        "errors differ": not columns["sse_spread"] <= settings.agreement_sse,
+        "constants differ": not columns["constant_spread"] <= settings.agreement_constants,
+        "gradient": not columns["gradient_cosine"] <= settings.gradient_cosine_max,
+        "negative traction": not reaches(columns["min_traction"], 0.0, size=largest_mu),
+        "flat": is_singular or not columns["hessian_smallest"] > 0,
+        "at bounds": len(columns["active_bounds"]) > 0,
     }
-    return [doubt for doubt, is_failing in fails.items() if is_failing]
+    return [doubt for doubt, is_failing in fails_by_doubt.items() if is_failing]
 
 
 def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
@@ -383,8 +396,8 @@ def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
     It is zero at a stationary point, for every scale of data and constants (the orthogonality test
     of MINPACK's lmder).
     """
-    residual = problem.residual(optimum.values)
-    jacobian = problem.jacobian(optimum.values)
+    residual = problem.residual(optimum.constants)
+    jacobian = problem.jacobian(optimum.constants)
     lengths = np.linalg.norm(residual) * np.linalg.norm(jacobian, axis=0)
     cosines = np.abs(residual @ jacobian) / np.where(lengths > 0, lengths, 1.0)
     return float(np.max(cosines))
@@ -397,7 +410,7 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     of J with columns of length 1, so that it does not depend on units. It is NaN where J is
     singular to rounding.
     """
-    jacobian = problem.jacobian(optimum.values)
+    jacobian = problem.jacobian(optimum.constants)
     lengths = np.linalg.norm(jacobian, axis=0)
     unit_columns = jacobian / np.where(lengths > 0, lengths, 1.0)
     singular_values = np.linalg.svd(jacobian, compute_uv=False)
@@ -409,23 +422,34 @@ def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
 
 
 def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
-    """Rows of the design over the box of tested conditions, and slips from 0 to the largest."""
+    """Rows of the design on a grid over the tested conditions, and slips from 0 to the largest one.
+
+    Returns:
+        Shapes (rows, terms) and (slips,).
+    """
     data = problem.data
-    low = data.conditions.min(axis=0)
-    high = data.conditions.max(axis=0)
-    mesh = np.meshgrid(*np.linspace(low, high, _GRID_LEVELS, axis=1), indexing="ij")
-    conditions = np.stack(mesh, axis=-1).reshape(-1, len(low))
-    rows = np.unique(problem.law.design(conditions, problem.followed), axis=0)
+    lowest = data.conditions.min(axis=0)
+    highest = data.conditions.max(axis=0)
+    mesh = np.meshgrid(*np.linspace(lowest, highest, _GRID_LEVELS, axis=1), indexing="ij")
+    conditions = np.stack(mesh, axis=-1).reshape(-1, len(lowest))
+    design_rows = np.unique(problem.law.design(conditions, problem.is_followed_group), axis=0)
     largest_slip = float(np.max(np.abs(data.slip)))
-    return rows, np.linspace(0, largest_slip, _GRID_SLIPS)
+    return design_rows, np.linspace(0, largest_slip, _GRID_SLIPS)
 
 
 def traction_on(
-    problem: Problem, optimum: Optimum, rows: FloatArray, slips: FloatArray
+    problem: Problem, optimum: Optimum, design_rows: FloatArray, slips: FloatArray
 ) -> FloatArray:
-    """mu at each row of the design and each slip: shape (rows, slips)."""
-    row_of_point = np.repeat(np.arange(len(rows)), len(slips))
-    slip_of_point = np.tile(slips, len(rows))
-    observations = Observations(rows, row_of_point, slip_of_point)
-    mu = problem.law.traction(problem.expand(optimum.values), observations)
-    return mu.reshape(len(rows), len(slips))
+    """mu at each row of the design and each slip, shape (rows, slips).
+
+    Args:
+        problem: What was fitted.
+        optimum: The free constants.
+        design_rows: Rows of the design, shape (rows, terms).
+        slips: Slide-roll ratios, shape (slips,).
+    """
+    row_of_point = np.repeat(np.arange(len(design_rows)), len(slips))
+    slip_of_point = np.tile(slips, len(design_rows))
+    observations = Observations(design_rows, row_of_point, slip_of_point)
+    mu = problem.law.traction(problem.expand(optimum.constants), observations)
+    return mu.reshape(len(design_rows), len(slips))

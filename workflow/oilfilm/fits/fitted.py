@@ -52,14 +52,14 @@ _TABLES_OF_A_FIT = (
     *("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"),
     *("points", "surfaces", "surface_sizes"),
 )
-# Names of `Support`, by their codes.
+# Names of `Support` in lower case, by their codes.
 _SUPPORT_NAMES = np.array([support.name.lower() for support in Support])
 _SUPPORT_TEXT = _SUPPORT_NAMES.dtype
 # Smallest slip at which the error of a law is looked up: a relative error of mu needs mu.
 _SMALLEST_SLIP = 0.005
-# Points predicted at once: about what fits a processor's cache.
+# Number of points at which a law is evaluated at once: about what fits the cache of a processor.
 _POINTS_PER_CHUNK = 1 << 14
-# Points of one of several predictions.
+# Number of points of one of the predictions of `FittedLaw.predictions`.
 _POINTS_PREDICTED_AT_ONCE = 100_000
 
 
@@ -70,42 +70,43 @@ class Coefficients:
     Attributes:
         constants: In the order of the law, NaN where nothing could be fitted. An exponent that
             the data could not give is 0, and X0 is then the coefficient at the tested level.
-        followed: Which of the law's groups the fit follows, shape (groups,).
-        spread: Constants of the bootstrap over curves, shape (refits, constants).
-        shifted: Constants refitted with one sensor off by its calibration's uncertainty, one row
-            per sensor, shape (sensors, constants).
-        box: Smallest and largest tested value of each of the law's conditions and of the slip,
-            shape (conditions + 1, 2); NaN where unknown.
-        fixed: The conditions that the fit does not follow, with the tested level or line; empty
-            where that is unknown.
+        is_followed_group: Whether the fit follows each of the law's groups, shape (groups,).
+        refits: Constants of each refit of the bootstrap over curves, shape (refits, constants).
+        shifted_refits: Constants refitted with one sensor off by its calibration's uncertainty, one
+            row per sensor, shape (sensors, constants).
+        tested_box: Smallest and largest tested value of each of the law's conditions and of the
+            slip, shape (conditions + 1, 2); NaN where unknown.
+        fixed_conditions: The conditions that the fit does not follow, with the tested level or
+            line; empty where that is unknown.
         run_sd: Standard deviation of ln mu in the next run, near the tested points; NaN where that
             is unknown.
-        degrees: Degrees of freedom of the spread, as `degrees_of_spread` gives them.
+        degrees: Degrees of freedom of the spread of the refits, as `degrees_of_spread` gives them.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
-        tested: Conditions of each curve, shape (curves, conditions); no rows where unknown.
+        tested_conditions: Conditions of each curve, shape (curves, conditions); no rows where
+            unknown.
     """
 
     constants: FloatArray
-    followed: npt.NDArray[np.bool_]
-    spread: FloatArray
-    shifted: FloatArray
-    box: FloatArray
-    fixed: tuple[FixedCondition, ...] = ()
+    is_followed_group: npt.NDArray[np.bool_]
+    refits: FloatArray
+    shifted_refits: FloatArray
+    tested_box: FloatArray
+    fixed_conditions: tuple[FixedCondition, ...] = ()
     run_sd: float = float("nan")
     degrees: float = np.inf
     limiting_stress_ratio: float = LIMITING_STRESS_RATIO
-    tested: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
+    tested_conditions: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     @classmethod
     def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
-        """Constants alone, as printed in a paper: no interval and no tested box."""
+        """Constants alone, as printed in a paper, without interval and tested box."""
         no_refits = np.empty((0, len(constants)))
         return cls(
             constants=np.asarray(constants, dtype=float),
-            followed=np.ones(len(law.groups), dtype=bool),
-            spread=no_refits,
-            shifted=no_refits,
-            box=np.full((len(law.conditions) + 1, 2), np.nan),
+            is_followed_group=np.ones(len(law.groups), dtype=bool),
+            refits=no_refits,
+            shifted_refits=no_refits,
+            tested_box=np.full((len(law.conditions) + 1, 2), np.nan),
         )
 
     def covariance(self, law: Law) -> FloatArray:
@@ -114,10 +115,10 @@ class Coefficients:
         Returns:
             Shape (constants, constants); NaN without refits.
         """
-        count = len(self.constants)
-        if len(self.spread) < 2 or np.isnan(self.constants).any():
-            return np.full((count, count), np.nan)
-        return np.asarray(np.cov(to_internal(law, self.spread), rowvar=False))
+        constant_count = len(self.constants)
+        if len(self.refits) < 2 or np.isnan(self.constants).any():
+            return np.full((constant_count, constant_count), np.nan)
+        return np.asarray(np.cov(to_internal(law, self.refits), rowvar=False))
 
     def root(self, law: Law) -> FloatArray:
         """R with R R^T = covariance, shape (constants, constants); NaN without refits."""
@@ -138,11 +139,11 @@ class Coefficients:
             level: Confidence level.
             misfit: Misfit of the law, relative to mu (rms); 0 for a law that is true.
         """
-        calibration = (to_internal(law, self.shifted) - to_internal(law, self.constants)).T
-        quantile = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
-        normal = normal_quantile(level)
-        error_columns = np.hstack([quantile * self.root(law), normal * calibration])
-        return Band(error_columns, normal * misfit)
+        calibration = (to_internal(law, self.shifted_refits) - to_internal(law, self.constants)).T
+        student_factor = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
+        normal_factor = normal_quantile(level)
+        error_columns = np.hstack([student_factor * self.root(law), normal_factor * calibration])
+        return Band(error_columns, normal_factor * misfit)
 
 
 @dataclass(frozen=True)
@@ -212,22 +213,22 @@ class Prediction:
 
 
 class Lattice(NamedTuple):
-    """Tested values of the followed conditions.
+    """Values of the followed conditions in the tests, and their largest steps.
 
     Pressure, speed and load are logarithms; the temperature is in degC.
 
     Attributes:
-        tested: Values in each curve, shape (curves, followed).
-        steps: Largest step between neighbouring values of each condition, shape (followed,);
-            infinite where there is one value.
+        values_of_curves: Values in each curve, shape (curves, followed).
+        largest_steps: Largest step between neighbouring values of each condition, shape
+            (followed,); infinite where there is one value.
     """
 
-    tested: FloatArray
-    steps: FloatArray
+    values_of_curves: FloatArray
+    largest_steps: FloatArray
 
 
 def given_surface(surface: OilSurface | None) -> OilSurface | None:
-    """A surface that was read already, as `FittedLaw.read_surface` with an argument."""
+    """The given surface: with an argument bound, it is a `FittedLaw.read_surface`."""
     return surface
 
 
@@ -249,10 +250,10 @@ class FittedLaw:
     read_surface: Callable[[], OilSurface | None] | None = None
 
     def __repr__(self) -> str:
-        values = []
+        constant_texts = []
         for constant, value in zip(self.law.constants, self.coefficients.constants, strict=True):
-            values.append(f"{constant.name} {value:.10g}")
-        return f"{self.law.name}: mu = {self.law.equation}; {', '.join(values)}"
+            constant_texts.append(f"{constant.name} {value:.10g}")
+        return f"{self.law.name}: mu = {self.law.equation}; {', '.join(constant_texts)}"
 
     @property
     def why_no_interval(self) -> str:
@@ -280,10 +281,12 @@ class FittedLaw:
         """
         if self.surface is None:
             return float("nan")
-        measured = self.surface.measurements
-        surface_mu = np.exp(self.surface.surface.log_mu(measured.point_conditions, measured.slip))
-        conditions = self.surface.contact.to_law(self.law, measured.point_conditions)
-        law_mu = self.without_interval().predict(conditions, measured.slip).traction_coefficient
+        measurements = self.surface.measurements
+        surface_mu = np.exp(
+            self.surface.surface.log_mu(measurements.point_conditions, measurements.slip)
+        )
+        conditions = self.surface.contact.law_conditions(self.law, measurements.point_conditions)
+        law_mu = self.without_interval().predict(conditions, measurements.slip).traction_coefficient
         return float(np.linalg.norm(law_mu - surface_mu) / np.linalg.norm(surface_mu))
 
     def interval_level(self, level: float = CONFIDENCE) -> float:
@@ -309,16 +312,16 @@ class FittedLaw:
         if self.surface is None:
             return np.full(len(slip), error_without_interval)
         run_sd = np.nan_to_num(self.coefficients.run_sd)
-        predicted = self.predict(conditions, np.maximum(np.abs(slip), _SMALLEST_SLIP))
+        prediction = self.predict(conditions, np.maximum(np.abs(slip), _SMALLEST_SLIP))
         with np.errstate(invalid="ignore", divide="ignore"):
-            log_lower = np.log(predicted.obs_ci_lower)
-            log_upper = np.log(predicted.obs_ci_upper)
+            log_lower = np.log(prediction.obs_ci_lower)
+            log_upper = np.log(prediction.obs_ci_upper)
             distance_from_surface = (log_lower + log_upper) / 2 - np.log(
-                predicted.traction_coefficient
+                prediction.traction_coefficient
             )
-        run_and_form = (log_upper - log_lower) / 2 / normal_quantile(CONFIDENCE)
-        form = np.sqrt(np.maximum(run_and_form**2 - run_sd**2, 0.0))
-        error = np.hypot(form, distance_from_surface)
+        run_and_form_sd = (log_upper - log_lower) / 2 / normal_quantile(CONFIDENCE)
+        form_sd = np.sqrt(np.maximum(run_and_form_sd**2 - run_sd**2, 0.0))
+        error = np.hypot(form_sd, distance_from_surface)
         return np.where(np.isfinite(error), error, error_without_interval)
 
     def remarks(self, conditions: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
@@ -354,8 +357,8 @@ class FittedLaw:
             surfaces: Table of surfaces; without it the error of the next run is not known.
         """
         if law is None:
-            (name,) = coefficients.loc[coefficients["oil"] == oil, "law"].unique()
-            law = LAWS[name]
+            (law_name,) = coefficients.loc[coefficients["oil"] == oil, "law"].unique()
+            law = LAWS[law_name]
         fit_of_oil = cls._from_coefficients(law, _rows_of_fit(coefficients, oil, law))
         coefficients_of_fit = fit_of_oil.coefficients
         if refits is not None:
@@ -363,12 +366,12 @@ class FittedLaw:
                 coefficients_of_fit, law, _rows_of_fit(refits, oil, law)
             )
         if quality is not None:
-            (row,) = tables.rows(_rows_of_fit(quality, oil, law))
-            coefficients_of_fit = _with_quality(coefficients_of_fit, law, row)
+            (quality_row,) = tables.rows(_rows_of_fit(quality, oil, law))
+            coefficients_of_fit = _with_quality(coefficients_of_fit, law, quality_row)
         if curves is not None:
-            means = [f"mean_{name}" for name in law.conditions]
-            tested = _rows_of_fit(curves, oil, law)[means].to_numpy(float)
-            coefficients_of_fit = replace(coefficients_of_fit, tested=tested)
+            mean_columns = [f"mean_{law_name}" for law_name in law.conditions]
+            tested_conditions = _rows_of_fit(curves, oil, law)[mean_columns].to_numpy(float)
+            coefficients_of_fit = replace(coefficients_of_fit, tested_conditions=tested_conditions)
         if surfaces is not None:
             coefficients_of_fit = replace(
                 coefficients_of_fit, run_sd=_error_of_next_run(surfaces, oil)
@@ -378,12 +381,16 @@ class FittedLaw:
     @classmethod
     def _from_coefficients(cls, law: Law, rows: pd.DataFrame) -> "FittedLaw":
         """The fit without uncertainty and tested range, from its rows of `coefficients`."""
-        values = rows.set_index("constant")["value"]
-        constants = _in_order_of_law(law, values.to_frame().T)[0]
-        fitted_names = set(values.index[values.notna()])
-        groups = {constant.condition for constant in law.constants if constant.name in fitted_names}
-        followed = np.array([group in groups for group in law.groups])
-        return cls(law, replace(Coefficients.bare(law, constants), followed=followed))
+        value_by_name = rows.set_index("constant")["value"]
+        constants = _in_order_of_law(law, value_by_name.to_frame().T)[0]
+        fitted_names = set(value_by_name.index[value_by_name.notna()])
+        fitted_groups = {
+            constant.condition for constant in law.constants if constant.name in fitted_names
+        }
+        is_followed_group = np.array([group in fitted_groups for group in law.groups])
+        return cls(
+            law, replace(Coefficients.bare(law, constants), is_followed_group=is_followed_group)
+        )
 
     @classmethod
     def from_results(cls, results: CampaignTables, oil: str) -> "FittedLaw":
@@ -414,15 +421,15 @@ class FittedLaw:
         return self.without_interval().predict(rows, slip).traction_coefficient
 
     def predictions(self, conditions: FloatArray, slip: FloatArray) -> Iterator[Prediction]:
-        """As `predict`, some points at a time: one prediction has a text and ten numbers a point.
+        """As `predict`, for some points at a time: a prediction takes much memory per point.
 
         Args:
             conditions: As in `predict`.
             slip: As in `predict`.
         """
-        for start in range(0, max(len(slip), 1), _POINTS_PREDICTED_AT_ONCE):
-            part = slice(start, start + _POINTS_PREDICTED_AT_ONCE)
-            yield self.predict(conditions[part], slip[part])
+        for first_point in range(0, max(len(slip), 1), _POINTS_PREDICTED_AT_ONCE):
+            block = slice(first_point, first_point + _POINTS_PREDICTED_AT_ONCE)
+            yield self.predict(conditions[block], slip[block])
 
     def predict(
         self,
@@ -453,21 +460,25 @@ class FittedLaw:
         for away_from_condition in self.off_tested_levels(conditions).values():
             is_away |= away_from_condition
         conditions = self.at_tested_levels(conditions)
-        is_unknown = np.isnan(self.law.group_values(conditions)[:, self.coefficients.followed])
+        is_unknown = np.isnan(
+            self.law.group_values(conditions)[:, self.coefficients.is_followed_group]
+        )
         has_no_mu = is_away | is_unknown.any(axis=1)
         mu, law_ends = self._mu_of_law(conditions, slip, has_no_mu, level)
         run_ends = np.full((2, len(slip)), np.nan)
-        support = np.full(len(slip), "", dtype=_SUPPORT_TEXT)
+        support_names = np.full(len(slip), "", dtype=_SUPPORT_TEXT)
         from_surface = np.zeros(len(slip), dtype=bool)
-        answerable = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
-        if self.surface is not None and len(answerable):
-            at = (conditions[answerable], np.abs(slip[answerable]))
-            answer = self.surface.answer(self.law, *at, level, whole_curve, rig)
-            run_ends[:, answerable] = answer.lower, answer.upper
-            support[answerable] = _SUPPORT_NAMES[answer.support]
+        answerable_indices = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
+        if self.surface is not None and len(answerable_indices):
+            surface_point = (conditions[answerable_indices], np.abs(slip[answerable_indices]))
+            answer = self.surface.answer(self.law, *surface_point, level, whole_curve, rig)
+            run_ends[:, answerable_indices] = answer.lower, answer.upper
+            support_names[answerable_indices] = _SUPPORT_NAMES[answer.support_codes]
             if self.surface.no_law_fits:
-                from_surface[answerable] = answer.support == Support.SUPPORTED
-                mu[answerable] = np.where(from_surface[answerable], answer.mu, mu[answerable])
+                from_surface[answerable_indices] = answer.support_codes == Support.SUPPORTED
+                mu[answerable_indices] = np.where(
+                    from_surface[answerable_indices], answer.mu, mu[answerable_indices]
+                )
         sign = np.where(slip < 0, -1.0, 1.0)
         run_lower, run_upper = np.sort(sign * run_ends, axis=0)
         law_lower, law_upper = np.sort(sign * law_ends, axis=0)
@@ -484,7 +495,7 @@ class FittedLaw:
             distance=distance,
             away=is_away,
             spacings=spacings,
-            support=support,
+            support=support_names,
             from_surface=from_surface,
             over_limit=mu > self.coefficients.limiting_stress_ratio,
             wrong=self.warnings,
@@ -508,18 +519,18 @@ class FittedLaw:
         Returns:
             Shapes (points,) and (2, points); NaN where mu is not known.
         """
-        points = len(slip)
-        mu = np.full(points, np.nan)
-        law_ends = np.full((2, points), np.nan)
+        point_count = len(slip)
+        mu = np.full(point_count, np.nan)
+        law_ends = np.full((2, point_count), np.nan)
         if np.isnan(self.coefficients.constants).any():
             return mu, law_ends
         # a value at which the law can be evaluated; the result is not used
-        evaluable = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
+        evaluable_conditions = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
         misfit = np.nan_to_num(self.misfit_beside_surface)
         mean_band = self.coefficients.mean_band(self.law, level, misfit)
-        for start in range(0, points, _POINTS_PER_CHUNK):
-            chunk = slice(start, start + _POINTS_PER_CHUNK)
-            mu[chunk], gradient = self._with_gradient(evaluable[chunk], slip[chunk])
+        for first_point in range(0, point_count, _POINTS_PER_CHUNK):
+            chunk = slice(first_point, first_point + _POINTS_PER_CHUNK)
+            mu[chunk], gradient = self._with_gradient(evaluable_conditions[chunk], slip[chunk])
             law_ends[:, chunk] = mean_band.ends(mu[chunk], gradient)
         mu[has_no_mu] = np.nan
         law_ends[:, has_no_mu] = np.nan
@@ -597,7 +608,7 @@ class FittedLaw:
         """
         values_by_condition = self._by_name(conditions)
         tested_values = dict(values_by_condition)
-        for fixed in self.coefficients.fixed:
+        for fixed in self.coefficients.fixed_conditions:
             tested_values[fixed.condition] = fixed.tested_value(values_by_condition)
         return np.column_stack(list(tested_values.values()))
 
@@ -605,39 +616,42 @@ class FittedLaw:
     def widened_box(self) -> FloatArray:
         """The tested box, wider by `within` for conditions that the fit does not follow.
 
-        Shape (conditions + 1, 2), as `Coefficients.box`.
+        Shape (conditions + 1, 2), as `Coefficients.tested_box`.
         """
-        within_by_name = {fixed.condition: fixed.within for fixed in self.coefficients.fixed}
+        within_by_name = {
+            fixed.condition: fixed.within for fixed in self.coefficients.fixed_conditions
+        }
         names = (*self.law.conditions, SLIP)
         within = np.array([[within_by_name.get(name, 0.0)] for name in names])
         least_magnitude = np.array([[LEAST_MAGNITUDE.get(name, 0.0)] for name in names])
-        box = self.coefficients.box
-        margin = within * np.maximum(np.abs(box), least_magnitude)
-        return box + margin * [-1.0, 1.0]
+        tested_box = self.coefficients.tested_box
+        margin = within * np.maximum(np.abs(tested_box), least_magnitude)
+        return tested_box + margin * [-1.0, 1.0]
 
     def off_tested_levels(
         self, conditions: FloatArray
     ) -> dict[FixedCondition, npt.NDArray[np.bool_]]:
-        """The fixed conditions from whose tested level or line some rows are away, and these rows.
+        """Whether each row is away from the tested level or line of each fixed condition.
 
         Args:
             conditions: Rows of the law's conditions, shape (points, conditions).
 
         Returns:
-            Of each such condition which rows are away, shape (points,).
+            Whether each row is away, shape (points,), by fixed condition; only the conditions from
+            which a row is away.
         """
         if np.isnan(self.coefficients.constants).any():
             return {}
         values_by_condition = self._by_name(conditions)
         rows_off_level = {}
-        for fixed in self.coefficients.fixed:
+        for fixed in self.coefficients.fixed_conditions:
             is_away = is_off_tested_level(fixed, values_by_condition)
             if is_away.any():
                 rows_off_level[fixed] = is_away
         return rows_off_level
 
     def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
-        """Columns of rows of conditions by the name of the condition."""
+        """Values of each condition by its column, from rows of conditions."""
         return dict(zip(self.law.conditions, conditions.T, strict=True))
 
     def _with_gradient(
@@ -646,7 +660,7 @@ class FittedLaw:
         """mu for positive slip, shape (points,), and its derivatives by the internal constants."""
         law = self.law
         coefficients = self.coefficients
-        design = law.design(conditions, coefficients.followed)
+        design = law.design(conditions, coefficients.is_followed_group)
         sizes = law.sizes(to_internal(law, coefficients.constants), design)
         mu, slopes = law.mu_and_slopes(sizes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
@@ -654,16 +668,18 @@ class FittedLaw:
     @cached_property
     def lattice(self) -> Lattice:
         """The tested values of the followed conditions, and the largest steps between them."""
-        tested = self._coordinates(self.coefficients.tested)
-        steps = np.array([np.diff(np.sort(values)).max(initial=0.0) for values in tested.T])
-        return Lattice(tested, np.where(steps > 0, steps, np.inf))
+        values_of_curves = self._coordinates(self.coefficients.tested_conditions)
+        largest_steps = np.array(
+            [np.diff(np.sort(values)).max(initial=0.0) for values in values_of_curves.T]
+        )
+        return Lattice(values_of_curves, np.where(largest_steps > 0, largest_steps, np.inf))
 
     def _coordinates(self, conditions: FloatArray) -> FloatArray:
         """The followed conditions in the coordinates of `lattice`, shape (points, followed)."""
-        fixed = {condition.condition for condition in self.coefficients.fixed}
+        fixed_names = {condition.condition for condition in self.coefficients.fixed_conditions}
         columns = []
         for name, values in self._by_name(conditions).items():
-            if name in fixed:
+            if name in fixed_names:
                 continue
             if name in LEAST_MAGNITUDE:
                 columns.append(values)
@@ -682,24 +698,31 @@ class FittedLaw:
         Returns:
             Shape (points,).
         """
-        if not len(self.coefficients.tested) or np.isnan(self.coefficients.constants).any():
+        if (
+            not len(self.coefficients.tested_conditions)
+            or np.isnan(self.coefficients.constants).any()
+        ):
             return np.full(len(conditions), np.nan)
-        tested, steps = self.lattice
+        values_of_curves, largest_steps = self.lattice
         coordinates = self._coordinates(conditions)
-        nearest = np.full(len(coordinates), np.inf)
-        for tested_curve in tested:
-            steps_away = np.abs(coordinates - tested_curve) / steps
-            nearest = np.minimum(nearest, steps_away.max(axis=1, initial=0.0))
-        return nearest
+        distance_to_nearest = np.full(len(coordinates), np.inf)
+        for tested_curve in values_of_curves:
+            steps_away = np.abs(coordinates - tested_curve) / largest_steps
+            distance_to_nearest = np.minimum(
+                distance_to_nearest, steps_away.max(axis=1, initial=0.0)
+            )
+        return distance_to_nearest
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """Distance from the tested box in tested ranges, as in `Prediction`, shape (points,)."""
-        low, high = self.widened_box.T
+        lowest, highest = self.widened_box.T
         points = np.column_stack([conditions, np.abs(slip)])
-        beyond = np.maximum(np.maximum(low - points, points - high), 0.0)
-        beyond[reaches(points, low) & reaches(high, points)] = 0.0
+        distance_beyond = np.maximum(np.maximum(lowest - points, points - highest), 0.0)
+        distance_beyond[reaches(points, lowest) & reaches(highest, points)] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            ranges_beyond = np.where(beyond == 0, 0.0, beyond / (high - low))
+            ranges_beyond = np.where(
+                distance_beyond == 0, 0.0, distance_beyond / (highest - lowest)
+            )
         # a point beyond one range is outside, even where another range is unknown
         farthest_known = np.fmax.reduce(ranges_beyond, axis=1)
         return np.where(farthest_known > 0, farthest_known, ranges_beyond.max(axis=1))
@@ -717,71 +740,77 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
         results: Tables `surfaces`, `surface_sizes`, `points` and `coefficients`.
         oil: The oil.
     """
-    rows = list(tables.rows(results.surfaces[results.surfaces["oil"] == oil]))
-    if not rows:
+    surface_rows = list(tables.rows(results.surfaces[results.surfaces["oil"] == oil]))
+    if not surface_rows:
         return None
-    (row,) = rows
-    fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[row["law"]])
+    (surface_row,) = surface_rows
+    fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[surface_row["law"]])
     sizes = results.surface_sizes
     return surface_from_tables(
-        row,
+        surface_row,
         sizes[sizes["oil"] == oil],
         results.table("points", CURVE_POINTS, oil=oil),
-        LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.followed),
+        LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.is_followed_group),
     )
 
 
 def _error_of_next_run(surfaces: pd.DataFrame, oil: str) -> float:
     """Standard deviation of ln mu in the next run, which its interval has; NaN if unknown."""
-    rows = list(tables.rows(surfaces[surfaces["oil"] == oil]))
-    if not rows:
+    surface_rows = list(tables.rows(surfaces[surfaces["oil"] == oil]))
+    if not surface_rows:
         return float("nan")
-    (row,) = rows
-    return float(row["next_run_sd"] * row["point_factor"] / normal_quantile(row["interval_level"]))
-
-
-def _with_refits(fitted: Coefficients, law: Law, refits: pd.DataFrame) -> Coefficients:
-    """Coefficients with the constants of refits.
-
-    Args:
-        fitted: The coefficients.
-        law: Their law.
-        refits: The fit's rows of the table of refits.
-    """
-    wide = refits.pivot(index=["cause", "refit"], columns="constant", values="value")
-    is_calibration = wide.index.get_level_values("cause").str.startswith("calibration")
-    spread = _in_order_of_law(law, wide[~is_calibration])
-    shifted = _in_order_of_law(law, wide[is_calibration])
-    # constants at a bound have the same value in every refit, and are not in the table
-    return replace(
-        fitted,
-        spread=np.where(np.isnan(spread), fitted.constants, spread),
-        shifted=np.where(np.isnan(shifted), fitted.constants, shifted),
+    (surface_row,) = surface_rows
+    return float(
+        surface_row["next_run_sd"]
+        * surface_row["point_factor"]
+        / normal_quantile(surface_row["interval_level"])
     )
 
 
-def _with_quality(fitted: Coefficients, law: Law, row: Mapping[str, Any]) -> Coefficients:
+def _with_refits(coefficients: Coefficients, law: Law, refits: pd.DataFrame) -> Coefficients:
+    """Coefficients with the constants of refits.
+
+    Args:
+        coefficients: The coefficients.
+        law: Their law.
+        refits: The fit's rows of the table of refits.
+    """
+    constants_of_refits = refits.pivot(index=["cause", "refit"], columns="constant", values="value")
+    is_calibration = constants_of_refits.index.get_level_values("cause").str.startswith(
+        "calibration"
+    )
+    resampled_refits = _in_order_of_law(law, constants_of_refits[~is_calibration])
+    shifted_refits = _in_order_of_law(law, constants_of_refits[is_calibration])
+    # constants at a bound have the same value in every refit, and are not in the table
+    return replace(
+        coefficients,
+        refits=np.where(np.isnan(resampled_refits), coefficients.constants, resampled_refits),
+        shifted_refits=np.where(np.isnan(shifted_refits), coefficients.constants, shifted_refits),
+    )
+
+
+def _with_quality(coefficients: Coefficients, law: Law, row: Mapping[str, Any]) -> Coefficients:
     """Coefficients with their tested range and the errors at curves left out.
 
     Args:
-        fitted: The coefficients.
+        coefficients: The coefficients.
         law: Their law.
         row: The fit's row of the table `fit_quality`.
     """
     names = (*law.conditions, SLIP)
-    box = np.array(
+    tested_box = np.array(
         [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
     )
     # traction is zero without slip: this needs no test
-    box[-1, 0] = 0.0
+    tested_box[-1, 0] = 0.0
     limiting_stress_ratio = row["limiting_stress_ratio"]
     if not np.isfinite(limiting_stress_ratio):
-        limiting_stress_ratio = fitted.limiting_stress_ratio
+        limiting_stress_ratio = coefficients.limiting_stress_ratio
     return replace(
-        fitted,
-        box=box,
-        fixed=fixed_from_text(row["fixed_conditions"]),
-        degrees=degrees_of_spread(row["n_curves"], 1 + fitted.followed.sum()),
+        coefficients,
+        tested_box=tested_box,
+        fixed_conditions=fixed_from_text(row["fixed_conditions"]),
+        degrees=degrees_of_spread(row["n_curves"], 1 + coefficients.is_followed_group.sum()),
         limiting_stress_ratio=float(limiting_stress_ratio),
     )
 
@@ -799,16 +828,16 @@ def _in_order_of_law(law: Law, rows: pd.DataFrame) -> FloatArray:
     Returns:
         Shape (rows, constants); NaN where nothing could be fitted.
     """
-    names = [constant.name for constant in law.constants]
-    values = rows.reindex(columns=names).to_numpy(dtype=float, copy=True)
+    constant_names = [constant.name for constant in law.constants]
+    constants = rows.reindex(columns=constant_names).to_numpy(dtype=float, copy=True)
     at_tested_level = rows.reindex(columns=list(law.coefficient_names)).to_numpy(dtype=float)
     is_x0 = np.array([constant.condition is None for constant in law.constants])
-    has_no_x0 = np.isnan(values[:, is_x0]) & ~np.isnan(at_tested_level)
-    values[:, is_x0] = np.where(has_no_x0, at_tested_level, values[:, is_x0])
-    is_fitted = ~np.isnan(values[:, is_x0]).any(axis=1, keepdims=True)
+    has_no_x0 = np.isnan(constants[:, is_x0]) & ~np.isnan(at_tested_level)
+    constants[:, is_x0] = np.where(has_no_x0, at_tested_level, constants[:, is_x0])
+    is_fitted = ~np.isnan(constants[:, is_x0]).any(axis=1, keepdims=True)
     # exponents that the law prescribes; those of conditions that did not vary are zero
-    is_not_fitted_exponent = ~is_x0 & is_fitted & np.isnan(values)
-    return np.where(is_not_fitted_exponent, law.prescribed, values)
+    is_not_fitted_exponent = ~is_x0 & is_fitted & np.isnan(constants)
+    return np.where(is_not_fitted_exponent, law.prescribed, constants)
 
 
 def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
@@ -860,14 +889,15 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
 
 
 def _compute_where_tested(fit: FittedLaw) -> None:
-    """Compute mu with its interval at the middle slip of the first and the last tested curve."""
-    if not len(fit.coefficients.tested):
+    """Compute mu with its interval at two tested conditions, so that wrong tables fail at once."""
+    if not len(fit.coefficients.tested_conditions):
         return
-    ends = fit.coefficients.tested[[0, -1]]
-    fit.predict(ends, np.full(len(ends), fit.coefficients.box[-1].mean()))
+    ends = fit.coefficients.tested_conditions[[0, -1]]
+    fit.predict(ends, np.full(len(ends), fit.coefficients.tested_box[-1].mean()))
 
 
-# Smallest and largest value of any traction test, and the most likely cause of a larger one.
+# Smallest and largest value of any traction test, and the most likely cause of a larger one, by
+# column.
 _POSSIBLE_RANGES = {
     "max_hertz_pressure_gpa": (0.0, 10.0, "in MPa? Divide by 1000"),
     "entrainment_speed_m_s": (0.0, 500.0, "in mm/s? Divide by 1000"),
@@ -888,27 +918,28 @@ def refuse_impossible(values: FloatArray, name: str) -> None:
     Raises:
         OilfilmError: A value is out of the possible range.
     """
-    low, high, hint = _POSSIBLE_RANGES.get(name, (-np.inf, np.inf, ""))
+    smallest, largest, hint = _POSSIBLE_RANGES.get(name, (-np.inf, np.inf, ""))
     values = values.ravel()
     # a load, pressure or speed of 0 makes no contact
-    is_positive_if_needed = (values > 0) | (low < 0)
-    is_possible = (values >= low) & (values <= high) & is_positive_if_needed
+    is_positive_if_needed = (values > 0) | (smallest < 0)
+    is_possible = (values >= smallest) & (values <= largest) & is_positive_if_needed
     impossible = np.flatnonzero(~np.isnan(values) & ~is_possible)
     if not len(impossible):
         return
     first_value = values[impossible[0]]
-    if first_value < low:
+    if first_value < smallest:
         hint = "of the wrong sign"
         if name == "inlet_temperature_c":
             hint = "converted from kelvins twice? Add 273.15"
     column_unit = tables.COLUMNS[name].unit
     unit = "" if column_unit == "1" else f" {column_unit}"
-    above = "" if low else "above "
+    above = "" if smallest else "above "
     # a zero has no wrong unit
     perhaps = f" Perhaps {hint}." if first_value else ""
     raise OilfilmError(
-        f"{name}: found {first_value:g}{unit} at {len(impossible)} of {values.size} points, the "
-        f"first is number {impossible[0] + 1}; expected {above}{low:g} to {high:g}{unit}.{perhaps}"
+        f"{name}: found {first_value:g}{unit} at {len(impossible)} of {values.size} points, "
+        f"the first is number {impossible[0] + 1}; expected {above}{smallest:g} to "
+        f"{largest:g}{unit}.{perhaps}"
     )
 
 

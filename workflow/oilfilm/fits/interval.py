@@ -13,17 +13,17 @@ import scipy
 
 from oilfilm.base.units import FloatArray
 
-# The level of every interval and test of a fit, where none is asked for.
+# The level of every interval and test of a fit, unless another one is given.
 CONFIDENCE = 0.95
 
 
 def normal_quantile(level: float) -> float:
-    """Standard errors to each side of a normal mean that hold a share `level`."""
+    """Half width, in standard errors, of the interval of a normal mean with this level."""
     return NormalDist().inv_cdf(0.5 + level / 2)
 
 
 def student_quantile(level: float, degrees: float) -> float:
-    """The same of Student's distribution.
+    """Half width of the interval by Student's distribution, in standard errors.
 
     Args:
         level: Share that the interval holds.
@@ -36,29 +36,29 @@ def student_quantile(level: float, degrees: float) -> float:
     return float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
 
 
-def degrees_of_spread(curves: int, terms: int) -> float:
+def degrees_of_spread(curve_count: int, term_count: int) -> float:
     """Degrees of freedom of a spread that comes from the residuals of whole curves.
 
-    The number of curves less twice the terms of a power law, because curves with much leverage show
-    little of the scatter. 12 curves and 4 terms give 4. There the degrees after Bell and McCaffrey
-    are 1.2 to 5, by condition, with a median of 3. With 8 degrees, intervals of 95 % held the truth
-    at 90 %.
+    It is the number of curves less twice the number of terms of a power law, because curves with
+    much leverage show little of the scatter. 12 curves and 4 terms give 4. There the degrees after
+    Bell and McCaffrey are 1.2 to 5, by condition, with a median of 3. With 8 degrees, intervals of
+    95 % held the truth at 90 %.
 
     Reference: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169, section 3.
     """
-    return float(max(curves - 2 * terms, min(curves - terms, 1)))
+    return float(max(curve_count - 2 * term_count, min(curve_count - term_count, 1)))
 
 
 @dataclass(frozen=True)
 class Band:
     """The interval of the mean curve of an oil, from the errors of a law.
 
-    The half width h has two parts: the length of the products of gradient and columns, and the
-    misfit of the law.
+    The half width h joins two parts by the root of the sum of their squares: the errors of the
+    constants, which are the gradient times the error columns, and the misfit of the law.
 
     Attributes:
-        error_columns: One column per error of the internal constants, times its quantile. The
-            gradient of mu by the constants is multiplied by it. Shape (constants, m).
+        error_columns: Independent errors of the internal constants, each times its quantile; one
+            column per error, shape (constants, errors).
         misfit: Half width that the misfit of the law adds, relative to mu.
     """
 
@@ -72,13 +72,13 @@ class Band:
             mu: Traction coefficient for positive slip, shape (points,).
             gradient: Its derivatives by the internal constants, shape (points, constants).
         """
-        from_constants = np.linalg.norm(gradient @ self.error_columns, axis=1)
-        half_width = np.hypot(from_constants, self.misfit * mu)
+        half_width_of_constants = np.linalg.norm(gradient @ self.error_columns, axis=1)
+        half_width = np.hypot(half_width_of_constants, self.misfit * mu)
         is_positive = mu > 0
         positive_mu = np.where(is_positive, mu, 1.0)
-        width_there = np.where(is_positive, half_width, 0)
+        positive_half_width = np.where(is_positive, half_width, 0)
         # far outside the tested conditions the interval may be infinite
         with np.errstate(over="ignore"):
-            upper = width_there + np.sqrt(positive_mu**2 + width_there**2)
-        relative = np.stack([positive_mu**2 / upper, upper])
-        return np.where(is_positive, relative, np.stack([mu - half_width, mu + half_width]))
+            upper = positive_half_width + np.sqrt(positive_mu**2 + positive_half_width**2)
+        positive_ends = np.stack([positive_mu**2 / upper, upper])
+        return np.where(is_positive, positive_ends, np.stack([mu - half_width, mu + half_width]))

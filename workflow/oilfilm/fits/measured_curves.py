@@ -1,4 +1,4 @@
-"""The information of measured curves about a law's constants, and which curve to measure next.
+"""The information of measured curves on a law's constants, and which curve to measure next.
 
 The information of a curve can be computed before it is measured, from its slopes and the expected
 errors of its points. It is the precision matrix (Fisher information) that the curve adds.
@@ -59,7 +59,7 @@ _LOG_STEP = 1e-4
 _EXACT = 1e-9
 
 
-def curve_error_slopes(law: Law, internal: FloatArray, curves: Curves) -> FloatArray:
+def curve_error_slopes(law: Law, internal_constants: FloatArray, curves: Curves) -> FloatArray:
     """Change of (measured mu - law at the measured conditions) per unit of each of `CURVE_ERRORS`.
 
     A load sensor that reads (1 + e) W makes mu = F/W smaller. It also makes the pressure higher,
@@ -67,7 +67,7 @@ def curve_error_slopes(law: Law, internal: FloatArray, curves: Curves) -> FloatA
 
     Args:
         law: The law.
-        internal: Its internal constants, shape (constants,).
+        internal_constants: Its internal constants, shape (constants,).
         curves: The points.
 
     Returns:
@@ -78,15 +78,15 @@ def curve_error_slopes(law: Law, internal: FloatArray, curves: Curves) -> FloatA
         """mu with some conditions multiplied by powers of exp(sign * step)."""
         factors = [np.exp(sign * _LOG_STEP * exponents.get(name, 0.0)) for name in law.conditions]
         moved = replace(curves, conditions=curves.conditions * factors)
-        return law.traction(internal, moved.observations(law))
+        return law.traction(internal_constants, moved.observations(law))
 
     def slope(exponents: dict[str, float]) -> FloatArray:
         """Derivative of mu by the logarithm of a factor on these powers of conditions."""
         return np.asarray((traction(1, exponents) - traction(-1, exponents)) / (2 * _LOG_STEP))
 
-    mu = law.traction(internal, curves.observations(law))
+    mu = law.traction(internal_constants, curves.observations(law))
     temperature_of_curve = curves.conditions[:, law.conditions.index("inlet_temperature_c")]
-    temperature = temperature_of_curve[curves.curve]
+    temperature = temperature_of_curve[curves.curve_of_point]
     by_load = slope({"load_n": 1.0, "max_hertz_pressure_gpa": 1 / 3})
     by_speed = slope({"entrainment_speed_m_s": 1.0})
     by_temperature = slope({"inlet_temperature_c": 1.0})
@@ -95,7 +95,7 @@ def curve_error_slopes(law: Law, internal: FloatArray, curves: Curves) -> FloatA
         "traction force": mu,
         "entrainment speed": -by_speed,
         "inlet temperature": -by_temperature / temperature,
-        "zero of the force": 1 / curves.load_n[curves.curve],
+        "zero of the force": 1 / curves.load_n[curves.curve_of_point],
     }
     return np.column_stack([slopes_by_error[name] for name in CURVE_ERRORS])
 
@@ -115,13 +115,13 @@ class ErrorSizes:
 
 
 def error_sizes(
-    jacobian: FloatArray, error_slopes: FloatArray, residual: FloatArray, curve: IndexArray
+    jacobian: FloatArray, error_slopes: FloatArray, residual: FloatArray, curve_of_point: IndexArray
 ) -> ErrorSizes:
     """Variances of the errors by restricted maximum likelihood.
 
-    The residuals of curve i are modelled as J_i x + D_i b_i + e. The errors b_i of the run are
-    normal with the variances v. The errors e of the points are independent and normal with the
-    variance s^2. v and s^2 minimise
+    The residuals of curve i are modelled as J_i x + D_i b_i + e, where x are the free constants.
+    The errors b_i of the run are normal with the variances v. The errors e of the points are
+    independent and normal with the variance s^2. v and s^2 minimise
 
         sum ln|V_i| + ln|sum J_i^T V_i^-1 J_i| + r^T P r,  V_i = s^2 I + D_i diag(v) D_i^T,
 
@@ -134,7 +134,7 @@ def error_sizes(
         jacobian: J, slopes of mu by the free constants, shape (points, n).
         error_slopes: D, as `curve_error_slopes` returns it, shape (points, errors).
         residual: r, measured minus fitted mu, shape (points,).
-        curve: Curve of each point, rising from 0, shape (points,).
+        curve_of_point: Index of the curve of each point, ascending from 0, shape (points,).
     """
     if not residual.any():
         return ErrorSizes(np.zeros(len(CURVE_ERRORS)), 0.0)
@@ -145,17 +145,17 @@ def error_sizes(
     # the likelihood needs only the products of the columns of each curve
     products = []
     points_per_curve = []
-    for points in points_of_curves(curve):
+    for points in points_of_curves(curve_of_point):
         products.append(columns[points].T @ columns[points])
         points_per_curve.append(len(points))
     stacked_products = np.stack(products)
-    counts = np.array(points_per_curve)
+    point_counts = np.array(points_per_curve)
 
     def deviance(log_variances: FloatArray) -> float:
         """`_deviance` of the variances whose logarithms are searched."""
-        return _deviance(np.exp(log_variances), stacked_products, counts)
+        return _deviance(np.exp(log_variances), stacked_products, point_counts)
 
-    best = scipy.optimize.minimize(
+    search_result = scipy.optimize.minimize(
         deviance,
         np.log([_FIRST_VARIANCE] * (estimated_count + 1)),
         method="L-BFGS-B",
@@ -163,57 +163,59 @@ def error_sizes(
         bounds=scipy.optimize.Bounds(*_LOG_VARIANCE_RANGE),
         options={"ftol": _DEVIANCE_TOLERANCE},
     )
-    variances = np.exp(best.x) * column_rms[-1] ** 2
+    variances = np.exp(search_result.x) * column_rms[-1] ** 2
     curve_variances = np.zeros(len(CURVE_ERRORS))
     curve_variances[_ESTIMATED_ERRORS] = variances[:-1] / column_rms[:estimated_count] ** 2
     return ErrorSizes(curve_variances, float(variances[-1]))
 
 
-def _deviance(variances: FloatArray, products: FloatArray, points: IndexArray) -> float:
+def _deviance(variances: FloatArray, products: FloatArray, point_counts: IndexArray) -> float:
     """-2 ln of the restricted likelihood, without a constant.
 
     Args:
         variances: v and s^2 as in `error_sizes`, shape (estimated errors + 1,).
         products: Products of the columns D, J, r of each curve, shape (curves, columns, columns).
-        points: Number of points of each curve, shape (curves,).
+        point_counts: Number of points of each curve, shape (curves,).
     """
     run_variances = variances[:-1]
     point_variance = variances[-1]
-    count = len(run_variances)
+    error_count = len(run_variances)
     # V^-1 = (I - D inner^-1 D^T) / s^2
-    inner = products[:, :count, :count] + np.diag(point_variance / run_variances)
-    d_by_others = products[:, :count, count:]
+    inner_matrix = products[:, :error_count, :error_count] + np.diag(point_variance / run_variances)
+    d_by_others = products[:, :error_count, error_count:]
     others_by_d = np.swapaxes(d_by_others, 1, 2)
-    projected = others_by_d @ np.linalg.solve(inner, d_by_others)
-    total = (products[:, count:, count:] - projected).sum(axis=0) / point_variance
+    projected = others_by_d @ np.linalg.solve(inner_matrix, d_by_others)
+    summed_products = (products[:, error_count:, error_count:] - projected).sum(
+        axis=0
+    ) / point_variance
     # blocks of J and r
-    j_by_j = total[:-1, :-1]
-    j_by_r = total[:-1, -1]
-    r_by_r = total[-1, -1]
+    j_by_j = summed_products[:-1, :-1]
+    j_by_r = summed_products[:-1, -1]
+    r_by_r = summed_products[-1, -1]
     logarithms = (
-        np.sum((points - count) * np.log(point_variance))
-        + len(points) * np.sum(np.log(run_variances))
-        + np.linalg.slogdet(inner)[1].sum()
+        np.sum((point_counts - error_count) * np.log(point_variance))
+        + len(point_counts) * np.sum(np.log(run_variances))
+        + np.linalg.slogdet(inner_matrix)[1].sum()
         + np.linalg.slogdet(j_by_j)[1]
     )
     return float(logarithms + r_by_r - j_by_r @ np.linalg.solve(j_by_j, j_by_r))
 
 
-def points_of_curves(curve: IndexArray) -> list[IndexArray]:
-    """Indices of the points of each curve."""
-    return np.split(np.arange(len(curve)), np.flatnonzero(np.diff(curve)) + 1)
+def points_of_curves(curve_of_point: IndexArray) -> list[IndexArray]:
+    """Indices of the points of each curve, one array per curve."""
+    return np.split(np.arange(len(curve_of_point)), np.flatnonzero(np.diff(curve_of_point)) + 1)
 
 
 def precision_by_curve(
-    rows: FloatArray, error_slopes: FloatArray, sizes: ErrorSizes, curve: IndexArray
+    slopes: FloatArray, error_slopes: FloatArray, sizes: ErrorSizes, curve_of_point: IndexArray
 ) -> FloatArray:
     """Precision that each curve adds about parameters: A^T V^-1 A, V = s^2 I + D diag(v) D^T.
 
     Args:
-        rows: A, slopes of mu by the parameters, shape (points, n).
+        slopes: A, slopes of mu by the parameters, shape (points, n).
         error_slopes: D, as `curve_error_slopes` returns it, shape (points, errors).
         sizes: v and s^2, as `error_sizes` returns them.
-        curve: Curve of each point, rising from 0, shape (points,).
+        curve_of_point: Index of the curve of each point, ascending from 0, shape (points,).
 
     Returns:
         Shape (curves, n, n).
@@ -221,20 +223,22 @@ def precision_by_curve(
     has_error = np.flatnonzero(sizes.curve_variances > 0)
     # a point without any error would have infinite precision
     point_variance = max(sizes.point_variance, _EXACT**2)
-    ratio = np.diag(point_variance / sizes.curve_variances[has_error])
+    variance_ratios = np.diag(point_variance / sizes.curve_variances[has_error])
     precisions = []
-    for points in points_of_curves(curve):
-        a = rows[points]
-        d = error_slopes[points][:, has_error]
-        d_by_a = d.T @ a
-        inner = ratio + d.T @ d
-        precisions.append(a.T @ a - d_by_a.T @ np.linalg.solve(inner, d_by_a))
+    for point_indices in points_of_curves(curve_of_point):
+        slopes_of_curve = slopes[point_indices]
+        error_slopes_of_curve = error_slopes[point_indices][:, has_error]
+        d_by_a = error_slopes_of_curve.T @ slopes_of_curve
+        inner = variance_ratios + error_slopes_of_curve.T @ error_slopes_of_curve
+        precisions.append(
+            slopes_of_curve.T @ slopes_of_curve - d_by_a.T @ np.linalg.solve(inner, d_by_a)
+        )
     return np.stack(precisions) / point_variance
 
 
 # Standard uncertainties of a rig's calibration, in the order of `SENSORS`.
 _CALIBRATION_KEYS = ("load_relative", "traction_force_relative", "speed_relative", "temperature_c")
-# Largest number of centres of the form's error.
+# Largest number of centres of the error of the law's form.
 _MOST_CENTRES = 30
 # Least distance of two centres in correlation lengths: nearer centres add nothing.
 _CENTRE_DISTANCE = 0.3
@@ -244,40 +248,43 @@ _CORRELATION_JITTER = 1e-9
 
 @dataclass(frozen=True)
 class FormError:
-    """Error of the law's form over its standard deviation, as a Gaussian process.
+    """The error of the law's form, in its standard deviations, as a Gaussian process.
 
-    Its correlation falls with the distance d as exp(-d^2/2), d in units of `length`. The process is
-    a sum over a few centres with independent normal weights, so that precisions of curves add up.
+    Its correlation falls with the distance d as exp(-d^2/2), d in units of `correlation_lengths`.
+    The process is a sum over a few centres with independent normal weights, so that precisions of
+    curves add up.
 
     Reference: M. C. Kennedy, A. O'Hagan, J. R. Stat. Soc. B 63 (2001) 425 (discrepancy of a model);
         J. Quinonero-Candela, C. E. Rasmussen, J. Mach. Learn. Res. 6 (2005) 1939 (few centres).
 
     Attributes:
-        length: Correlation length of each of ln W/3, ln U and T, shape (3,).
+        correlation_lengths: Correlation length of each of ln W/3, ln U and T, shape (3,).
         centres: Coordinates of the centres, as `form_coordinates` gives them, shape (centres, 3).
     """
 
-    length: FloatArray
+    correlation_lengths: FloatArray
     centres: FloatArray
 
     @classmethod
-    def spread_over(cls, length: FloatArray, coordinates: FloatArray) -> "FormError":
+    def spread_over(cls, correlation_lengths: FloatArray, coordinates: FloatArray) -> "FormError":
         """The process with centres at some of the operating points, as far apart as possible.
 
         Args:
-            length: Correlation lengths, shape (3,).
+            correlation_lengths: Correlation lengths, shape (3,).
             coordinates: Operating points, as `form_coordinates` gives them, shape (points, 3). The
                 first one is a centre.
         """
-        chosen = [0]
-        while len(chosen) < min(_MOST_CENTRES, len(coordinates)):
-            lengths_away = (coordinates[:, np.newaxis] - coordinates[chosen]) / length
+        centre_indices = [0]
+        while len(centre_indices) < min(_MOST_CENTRES, len(coordinates)):
+            lengths_away = (
+                coordinates[:, np.newaxis] - coordinates[centre_indices]
+            ) / correlation_lengths
             squared_distance = (lengths_away**2).sum(axis=-1)
-            to_nearest = squared_distance.min(axis=1)
-            if exceeds(_CENTRE_DISTANCE**2, to_nearest.max()):
+            distance_to_nearest = squared_distance.min(axis=1)
+            if exceeds(_CENTRE_DISTANCE**2, distance_to_nearest.max()):
                 break
-            chosen.append(int(first_largest(to_nearest)))
-        return cls(length, coordinates[chosen])
+            centre_indices.append(int(first_largest(distance_to_nearest)))
+        return cls(correlation_lengths, coordinates[centre_indices])
 
     def weights(self, coordinates: FloatArray) -> FloatArray:
         """Error per unit of each standard normal weight.
@@ -288,17 +295,17 @@ class FormError:
         Returns:
             Shape (..., centres).
         """
-        centres = len(self.centres)
-        jitter = _CORRELATION_JITTER * np.eye(centres)
+        centre_count = len(self.centres)
+        jitter = _CORRELATION_JITTER * np.eye(centre_count)
         root = np.linalg.cholesky(self._correlation(self.centres) + jitter)
         flat_coordinates = coordinates.reshape(-1, coordinates.shape[-1])
         correlation = self._correlation(flat_coordinates)
         weights = np.linalg.solve(root, correlation.T).T
-        return weights.reshape(*coordinates.shape[:-1], centres)
+        return weights.reshape(*coordinates.shape[:-1], centre_count)
 
     def _correlation(self, coordinates: FloatArray) -> FloatArray:
         """Correlation of the error at operating points and at the centres: (points, centres)."""
-        lengths_away = (coordinates[:, np.newaxis] - self.centres) / self.length
+        lengths_away = (coordinates[:, np.newaxis] - self.centres) / self.correlation_lengths
         return np.asarray(np.exp(-0.5 * (lengths_away**2).sum(axis=-1)))
 
 
@@ -325,7 +332,7 @@ def form_coordinates(
 
 @dataclass(frozen=True)
 class Information:
-    """Information of the measured curves about the constants that the data decide.
+    """Information of the measured curves on the constants that the data decide.
 
     The parameters are these constants, the calibration errors of the rig's sensors in their
     standard uncertainties, and the weights of the form's error. The size of the form's error is
@@ -333,25 +340,25 @@ class Information:
 
     Attributes:
         law: The fitted law.
-        internal: All its internal constants, shape (constants,).
-        free: Which of them the data decide, shape (constants,).
+        internal_constants: All its internal constants, shape (constants,).
+        is_free: Whether the data decide each of them, shape (constants,).
         curves: The measured curves.
-        sizes: Variances of the errors of a curve, from the residuals of the fit.
+        error_sizes: Variances of the errors of a curve, from the residuals of the fit.
         calibration: Standard uncertainty of each sensor's calibration, shape (sensors,).
-        slip: Slide-roll ratios of the curve with the most points.
-        form_error: Gives the relative standard error of the law's form that the measured curves
+        longest_curve_slips: Slide-roll ratios of the curve with the most points, ascending.
+        form_error_at: Gives the relative standard error of the law's form that the measured curves
             leave. Its arguments are rows of the law's conditions, and the slip of each row.
         form_process: Error of the law's form, over its size.
     """
 
     law: Law
-    internal: FloatArray
-    free: BoolArray
+    internal_constants: FloatArray
+    is_free: BoolArray
     curves: Curves
-    sizes: ErrorSizes
+    error_sizes: ErrorSizes
     calibration: FloatArray
-    slip: FloatArray
-    form_error: Callable[[FloatArray, FloatArray], FloatArray]
+    longest_curve_slips: FloatArray
+    form_error_at: Callable[[FloatArray, FloatArray], FloatArray]
     form_process: FormError = NO_FORM_ERROR
 
     def precision_of_curves(self, curves: Curves, form_error: FloatArray) -> FloatArray:
@@ -361,15 +368,15 @@ class Information:
             curves: The curves.
             form_error: Relative standard error of the law's form at each point, shape (points,).
         """
-        error_slopes = curve_error_slopes(self.law, self.internal, curves)
+        error_slopes = curve_error_slopes(self.law, self.internal_constants, curves)
         observations = curves.observations(self.law)
-        mu = self.law.traction(self.internal, observations)
+        mu = self.law.traction(self.internal_constants, observations)
         weights_of_curve = self.form_process.weights(self.form_coordinates(curves))
-        by_constants = self.law.jacobian(self.internal, observations)[:, self.free]
+        by_constants = self.law.jacobian(self.internal_constants, observations)[:, self.is_free]
         by_calibration = error_slopes[:, : len(SENSORS)] * self.calibration
-        by_form = (mu * form_error)[:, np.newaxis] * weights_of_curve[curves.curve]
+        by_form = (mu * form_error)[:, np.newaxis] * weights_of_curve[curves.curve_of_point]
         rows = np.hstack([by_constants, by_calibration, by_form])
-        return precision_by_curve(rows, error_slopes, self.sizes, curves.curve)
+        return precision_by_curve(rows, error_slopes, self.error_sizes, curves.curve_of_point)
 
     @property
     def precision(self) -> FloatArray:
@@ -378,9 +385,9 @@ class Information:
         It is the sum of the measured curves and of the prior: calibration errors and weights of the
         form are standard normal, and nothing is known of the constants.
         """
-        constants = int(self.free.sum())
-        prior = np.ones(constants + len(SENSORS) + len(self.form_process.centres))
-        prior[:constants] = 0.0
+        constant_count = int(self.is_free.sum())
+        prior = np.ones(constant_count + len(SENSORS) + len(self.form_process.centres))
+        prior[:constant_count] = 0.0
         no_form_error = np.zeros(len(self.curves.slip))
         measured_precision = self.precision_of_curves(self.curves, no_form_error)
         return np.asarray(np.diag(prior) + measured_precision.sum(axis=0))
@@ -394,11 +401,11 @@ class Information:
             precision: Of all parameters, shape (..., parameters, parameters).
             gradients: By all parameters, shape (..., parameters).
         """
-        constants = int(self.free.sum())
-        sensors = np.arange(constants, constants + len(SENSORS))
-        precision = np.delete(precision, sensors, axis=-2)
-        precision = np.delete(precision, sensors, axis=-1)
-        return precision, np.delete(gradients, sensors, axis=-1)
+        constant_count = int(self.is_free.sum())
+        sensor_indices = np.arange(constant_count, constant_count + len(SENSORS))
+        precision = np.delete(precision, sensor_indices, axis=-2)
+        precision = np.delete(precision, sensor_indices, axis=-1)
+        return precision, np.delete(gradients, sensor_indices, axis=-1)
 
     def gradients(
         self, by_constants: FloatArray, by_form_error: FloatArray, coordinates: FloatArray
@@ -449,44 +456,44 @@ def measured_information(
     coefficients = fitted.coefficients
     if np.isnan(coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    if coefficients.fixed or not coefficients.followed.all():
-        fixed = "; ".join(condition.sentence() for condition in coefficients.fixed)
+    if coefficients.fixed_conditions or not coefficients.is_followed_group.all():
+        reason = "; ".join(fixed.sentence() for fixed in coefficients.fixed_conditions)
         raise OilfilmError(
-            f"{oil}: a plan needs a law that follows every condition ({fixed or 'it does not'}). "
+            f"{oil}: a plan needs a law that follows every condition ({reason or 'it does not'}). "
             "First test at two or more levels of each condition, varied one at a time."
         )
-    if len(coefficients.spread) < 2:
+    if len(coefficients.refits) < 2:
         raise OilfilmError(
             f"{oil}: the uncertainty of the constants is not known, because too few curves were "
             "tested (fit.min_curves_for_errors of config/config.yaml). Test more conditions first."
         )
     law = fitted.law
-    internal = to_internal(law, coefficients.constants)
-    spread = to_internal(law, coefficients.spread)
+    internal_constants = to_internal(law, coefficients.constants)
+    internal_refits = to_internal(law, coefficients.refits)
     # constants that the law prescribes, or that ended at a bound, are the same in every refit
-    free = np.ptp(spread, axis=0) > 0
+    is_free = np.ptp(internal_refits, axis=0) > 0
     points_of_oil = points[points["accepted"] & (points["oil"] == oil)]
     complete_points = points_of_oil.dropna(subset=[*law.conditions, "load_n"])
     curves = curve_data(complete_points, law.conditions)
     observations = curves.observations(law)
-    jacobian = law.jacobian(internal, observations)[:, free]
+    jacobian = law.jacobian(internal_constants, observations)[:, is_free]
     if np.linalg.matrix_rank(jacobian) < jacobian.shape[1]:
         raise OilfilmError(
             f"{oil}: the accepted points do not tell the law's constants apart. Test at two or "
             "more levels of each condition, or fit again if points and fit are of different runs."
         )
-    residual = curves.mu - law.traction(internal, observations)
-    error_slopes = curve_error_slopes(law, internal, curves)
-    longest = np.argmax(np.bincount(curves.curve))
+    residual = curves.mu - law.traction(internal_constants, observations)
+    error_slopes = curve_error_slopes(law, internal_constants, curves)
+    longest_curve = np.argmax(np.bincount(curves.curve_of_point))
     return Information(
         law=law,
-        internal=internal,
-        free=free,
+        internal_constants=internal_constants,
+        is_free=is_free,
         curves=curves,
-        sizes=error_sizes(jacobian, error_slopes, residual, curves.curve),
+        error_sizes=error_sizes(jacobian, error_slopes, residual, curves.curve_of_point),
         calibration=np.array([getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]),
-        slip=np.sort(curves.slip[curves.curve == longest]),
-        form_error=partial(fitted.form_error, error_without_interval=law_error_beyond),
+        longest_curve_slips=np.sort(curves.slip[curves.curve_of_point == longest_curve]),
+        form_error_at=partial(fitted.form_error, error_without_interval=law_error_beyond),
     )
 
 
@@ -495,8 +502,8 @@ def measured_information(
 
 def covariance(precision: FloatArray) -> FloatArray:
     """The inverse of precisions, shape (..., n, n); the parameters may differ much in size."""
-    size = np.sqrt(np.diagonal(precision, axis1=-2, axis2=-1))
-    scale = size[..., :, np.newaxis] * size[..., np.newaxis, :]
+    parameter_sizes = np.sqrt(np.diagonal(precision, axis1=-2, axis2=-1))
+    scale = parameter_sizes[..., :, np.newaxis] * parameter_sizes[..., np.newaxis, :]
     return np.asarray(np.linalg.inv(precision / scale) / scale)
 
 
@@ -512,44 +519,44 @@ def uncertainties(precision: FloatArray, gradients: FloatArray) -> FloatArray:
 
 
 def uncertainty(precision: FloatArray, gradients: FloatArray) -> FloatArray:
-    """Root mean square of `uncertainties`, shape (...,)."""
+    """Root mean square of `uncertainties` over the quantities, shape (...,)."""
     return np.asarray(np.sqrt(np.square(uncertainties(precision, gradients)).mean(axis=-1)))
 
 
 @dataclass(frozen=True)
 class Design:
-    """Curves chosen one after the other.
+    """A plan of curves, chosen one after the other.
 
     Attributes:
-        chosen: Indices of the candidates in the order of the plan.
-        before: Uncertainty with the measured curves alone.
-        with_one_candidate: Uncertainty with one candidate added, shape (candidates,).
-        after: Uncertainty after each chosen curve, shape (chosen,).
+        chosen_indices: Indices of the chosen candidates, in the order of the plan.
+        uncertainty_before: Uncertainty with the measured curves alone.
+        uncertainty_with_one: Uncertainty with one candidate added, shape (candidates,).
+        uncertainty_after: Uncertainty after each chosen curve, shape (chosen,).
         final_precision: Precision of the measured and the chosen curves, shape (n, n).
     """
 
-    chosen: list[int]
-    before: float
-    with_one_candidate: FloatArray
-    after: FloatArray
+    chosen_indices: list[int]
+    uncertainty_before: float
+    uncertainty_with_one: FloatArray
+    uncertainty_after: FloatArray
     final_precision: FloatArray
 
 
 def choose(
-    measured: FloatArray,
-    candidates: FloatArray,
+    measured_precision: FloatArray,
+    candidate_precisions: FloatArray,
     gradients: FloatArray,
-    count: int,
+    curve_count: int,
     smallest_gain: float = 0.0,
 ) -> Design:
-    """Choose curves one after the other, each the best given those before.
+    """Choose curves one after the other, each time the best one beside those already chosen.
 
     Args:
-        measured: Precision of the parameters by the measured curves, shape (n, n).
-        candidates: Precision that each curve adds that could be measured, shape
+        measured_precision: Precision of the parameters by the measured curves, shape (n, n).
+        candidate_precisions: Precision that each candidate curve would add, shape
             (candidates, n, n); each is chosen once at most.
         gradients: Derivatives of the wanted quantities by the parameters, shape (quantities, n).
-        count: Number of curves; fewer where there are fewer candidates.
+        curve_count: Number of curves to choose; fewer where there are fewer candidates.
         smallest_gain: Relative fall of the uncertainty below which a curve is not worth measuring.
 
     Examples:
@@ -560,26 +567,34 @@ def choose(
         >>> x = np.linspace(-3, 3, 61)
         >>> rows = np.stack([np.ones_like(x), x], axis=-1)[:, np.newaxis]
         >>> new = np.swapaxes(rows, 1, 2) @ rows
-        >>> best = choose(np.diag([4.0, 10.0]), new, np.array([[1.0, 0.5]]), 1)
-        >>> print(f"{x[best.chosen[0]]:.1f} {best.after[0] ** 2:.3f}")
+        >>> design = choose(np.diag([4.0, 10.0]), new, np.array([[1.0, 0.5]]), 1)
+        >>> print(f"{x[design.chosen_indices[0]]:.1f} {design.uncertainty_after[0] ** 2:.3f}")
         2.5 0.200
     """
-    with_one_candidate = uncertainty(measured + candidates, gradients)
-    before = float(uncertainty(measured, gradients))
-    is_available = np.ones(len(with_one_candidate), dtype=bool)
-    chosen: list[int] = []
-    after: list[float] = []
-    current_uncertainty = before
-    total_precision = measured
-    for _ in range(min(count, len(with_one_candidate))):
-        with_candidate = uncertainty(total_precision + candidates, gradients)
-        with_candidate = np.where(is_available, with_candidate, np.inf)
-        best = int(first_smallest(with_candidate))
-        if exceeds(with_candidate[best], (1 - smallest_gain) * current_uncertainty):
+    uncertainty_with_one = uncertainty(measured_precision + candidate_precisions, gradients)
+    uncertainty_before = float(uncertainty(measured_precision, gradients))
+    is_available = np.ones(len(uncertainty_with_one), dtype=bool)
+    chosen_indices: list[int] = []
+    uncertainty_after: list[float] = []
+    current_uncertainty = uncertainty_before
+    total_precision = measured_precision
+    for _ in range(min(curve_count, len(uncertainty_with_one))):
+        uncertainty_with_candidate = uncertainty(total_precision + candidate_precisions, gradients)
+        uncertainty_with_candidate = np.where(is_available, uncertainty_with_candidate, np.inf)
+        best_index = int(first_smallest(uncertainty_with_candidate))
+        if exceeds(
+            uncertainty_with_candidate[best_index], (1 - smallest_gain) * current_uncertainty
+        ):
             break
-        current_uncertainty = float(with_candidate[best])
-        chosen.append(best)
-        after.append(current_uncertainty)
-        is_available[best] = False
-        total_precision = total_precision + candidates[best]
-    return Design(chosen, before, with_one_candidate, np.array(after), total_precision)
+        current_uncertainty = float(uncertainty_with_candidate[best_index])
+        chosen_indices.append(best_index)
+        uncertainty_after.append(current_uncertainty)
+        is_available[best_index] = False
+        total_precision = total_precision + candidate_precisions[best_index]
+    return Design(
+        chosen_indices,
+        uncertainty_before,
+        uncertainty_with_one,
+        np.array(uncertainty_after),
+        total_precision,
+    )

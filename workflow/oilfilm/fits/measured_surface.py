@@ -30,28 +30,28 @@ from oilfilm.traction.law import CONDITIONS, Law, to_internal
 
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 _LOAD = "load_n"
-# Laws of these conditions have a surface.
+# Conditions of the laws on which a surface can stand.
 _CONDITIONS_OF_SURFACES = (CONDITIONS, (_LOAD, _SPEED, _TEMPERATURE))
-# Loads over the cube of the pressure that differ by more are those of several contacts.
+# Largest relative range of the load over the cube of the pressure in one contact.
 _ONE_CONTACT = 0.02
-# A point carries traction where the law gives more than so many errors of the zero.
+# A point carries traction where the mu of the law is above this number of errors of the zero.
 _CARRIES_TRACTION = 10.0
-# Columns of the sizes of effects.
+# Columns of the table `surfaces` for the sizes of effects, by the name of the effect.
 COLUMN_OF_EFFECT = {
     "gain": "gain_sd",
     "zero": "zero_sd",
     "slip_scale": "slip_scale_sd",
     "temperature_k": "temperature_sd_k",
 }
-# Limits in the table of surfaces, by the names of their columns.
+# Limits that are columns of the table `surfaces`, under the names of `SurfaceLimits`.
 LIMITS = (
     "level",
     *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_slip"),
     *("reach_in_ranges", "largest_spread_of_bound"),
 )
-# Share of the readings that may be below zero by chance.
+# Share of the readings of mu that may be below zero by chance.
 _RARE = 0.005
-# Stands for a rig that made none of the runs.
+# Name that stands for a rig that made none of the runs.
 ANOTHER = "another"
 # Searches of the sizes of a surface, as in `SurfaceSizes`.
 SEARCHES = ("first", "misfit", "interval")
@@ -59,7 +59,7 @@ SEARCHES = ("first", "misfit", "interval")
 
 @dataclass(frozen=True)
 class Contact:
-    """What turns the conditions of a law into P, U and T, and back.
+    """The contact of an oil's tests: it turns the conditions of a law into P, U and T, and back.
 
     Attributes:
         load_at_1_gpa: Load in N at a maximum pressure of 1 GPa; the load goes with the cube of the
@@ -81,11 +81,11 @@ class Contact:
         load_at_1_gpa = load_at_1_gpa[np.isfinite(load_at_1_gpa)]
         if not len(load_at_1_gpa):
             return cls(np.nan)
-        middle = float(np.median(load_at_1_gpa))
-        is_one = np.ptp(load_at_1_gpa) <= _ONE_CONTACT * middle
-        return cls(middle if is_one else np.nan)
+        median = float(np.median(load_at_1_gpa))
+        is_one = np.ptp(load_at_1_gpa) <= _ONE_CONTACT * median
+        return cls(median if is_one else np.nan)
 
-    def to_surface(self, law: Law, conditions: FloatArray) -> FloatArray:
+    def surface_conditions(self, law: Law, conditions: FloatArray) -> FloatArray:
         """P in GPa, U in m/s and T in degC from rows of a law's conditions, shape (rows, 3).
 
         A condition that is not known is 1 throughout, because no law follows it.
@@ -96,7 +96,7 @@ class Contact:
         columns = np.column_stack([pressures, speeds, temperatures])
         return np.where(np.isnan(columns), 1.0, columns)
 
-    def to_law(self, law: Law, conditions: FloatArray) -> FloatArray:
+    def law_conditions(self, law: Law, conditions: FloatArray) -> FloatArray:
         """Rows of a law's conditions from P, U and T, shape (rows, 3)."""
         if law.conditions[0] != _LOAD:
             return conditions
@@ -118,13 +118,13 @@ class SurfaceAnswer:
         mu: Traction coefficient for positive slip, shape (points,); NaN where no law is known.
         lower: Lower end, shape (points,); NaN where there is no support.
         upper: Upper end, shape (points,).
-        support: Code of `oilfilm.surface.support.Support`, shape (points,).
+        support_codes: Code of `oilfilm.surface.support.Support`, shape (points,).
     """
 
     mu: FloatArray
     lower: FloatArray
     upper: FloatArray
-    support: IndexArray
+    support_codes: IndexArray
 
 
 @dataclass(frozen=True)
@@ -133,13 +133,13 @@ class OilSurface:
 
     Attributes:
         law_name: Name of the law on which it stands.
-        law: The law with its constants.
+        law: This law with its constants.
         contact: What turns the conditions of a law into P, U and T.
-        runs: Run of each curve, in the order of `measurements`.
+        run_ids: Name of the run of each curve, in the order of `measurements`.
         measurements: The points, in the order of `curve_data`.
         sizes: The sizes that were found.
         factors: Factors of the interval of the next run.
-        limits: What is asked of an answer.
+        limits: What an answer must fulfil.
         next_run_sd: Standard deviation of ln mu in the next run, median over the points.
         misfit: Misfit of the law at the measured points, relative to mu.
         run_scatter: Change of mu by the errors of runs, relative to mu.
@@ -150,7 +150,7 @@ class OilSurface:
     law_name: str
     law: FreeLaw
     contact: Contact
-    runs: tuple[str, ...]
+    run_ids: tuple[str, ...]
     measurements: Measurements
     sizes: SurfaceSizes
     factors: IntervalFactors
@@ -172,40 +172,40 @@ class OilSurface:
         """Whether a condition was tested at two levels only, so that no law is checked between."""
         return bool(box_of(self.measurements).has_two_levels.any())
 
-    def level(self, wanted: float) -> float:
+    def level(self, wanted_level: float) -> float:
         """The level of an interval: the wanted one, or less where the conditions are few."""
-        return min(wanted, self.factors.level)
+        return min(wanted_level, self.factors.level)
 
     @property
-    def rigs(self) -> tuple[str, ...]:
-        """Names of the rigs between which the surface tells; empty for one rig, or unknown ones."""
-        names = self.assumptions.rigs
+    def rig_names(self) -> tuple[str, ...]:
+        """Names of the rigs that the surface tells apart; empty for one rig, or unknown ones."""
+        names = self.assumptions.rig_names
         return names if self.measurements.rig_count > 1 else ()
 
-    def rig_number(self, rig: str | None) -> int | None:
+    def rig_number(self, rig_name: str | None) -> int | None:
         """The number of the rig of the next run, as `Surface.predict` takes it.
 
         Args:
-            rig: As in `answer`.
+            rig_name: Name of the rig, as in `answer`.
 
         Raises:
             ValueError: There is no such rig.
         """
-        if rig is None:
+        if rig_name is None:
             return None
-        if not self.rigs:
+        if not self.rig_names:
             raise ValueError(
                 "the runs are of one rig, or their rigs are not named: nothing is known of the rig "
-                f"{rig!r} beside them. Leave the rig out"
+                f"{rig_name!r} beside them. Leave the rig out"
             )
-        if rig == ANOTHER:
+        if rig_name == ANOTHER:
             return ANOTHER_RIG
-        if rig not in self.rigs:
+        if rig_name not in self.rig_names:
             raise ValueError(
-                f"no run is of the rig {rig!r}. The rigs of the runs are {', '.join(self.rigs)}; "
-                f"{ANOTHER!r} stands for one that is not among them"
+                f"no run is of the rig {rig_name!r}. The rigs of the runs are "
+                f"{', '.join(self.rig_names)}; {ANOTHER!r} stands for one that is not among them"
             )
-        return self.assumptions.rigs.index(rig)
+        return self.assumptions.rig_names.index(rig_name)
 
     def answer(
         self,
@@ -214,7 +214,7 @@ class OilSurface:
         slip: FloatArray,
         level: float,
         whole_curve: bool,
-        rig: str | None = None,
+        rig_name: str | None = None,
     ) -> SurfaceAnswer:
         """mu and its interval at rows of a law's conditions.
 
@@ -224,28 +224,36 @@ class OilSurface:
             slip: Slide-roll ratio, not below 0, shape (points,); at 0 there is no interval.
             level: Wanted level.
             whole_curve: Whether the band should hold all points of a curve.
-            rig: Rig of the next run; `ANOTHER` for one that made none of the runs. If it is not
-                given, the next run is on one of the rigs of the runs.
+            rig_name: Name of the rig of the next run; `ANOTHER` for one that made none of the runs.
+                If it is not given, the next run is on one of the rigs of the runs.
 
         Raises:
             ValueError: There is no such rig, or the runs show no difference of rigs.
         """
-        number = self.rig_number(rig)
-        count = len(slip)
-        mu, lower, upper = np.zeros(count), np.full(count, np.nan), np.full(count, np.nan)
-        support = np.full(count, int(Support.SUPPORTED))
-        rows = self.contact.to_surface(law, conditions)
-        has_value = slip > 0
-        has_value[has_value] = self.surface.has_law(rows[has_value], slip[has_value])
-        support[(slip > 0) & ~has_value] = Support.LAW_NOT_POSITIVE
-        if has_value.any():
-            predicted = self.surface.predict(rows[has_value], slip[has_value], number)
+        rig_number = self.rig_number(rig_name)
+        point_count = len(slip)
+        mu, lower, upper = (
+            np.zeros(point_count),
+            np.full(point_count, np.nan),
+            np.full(point_count, np.nan),
+        )
+        support_codes = np.full(point_count, int(Support.SUPPORTED))
+        surface_conditions = self.contact.surface_conditions(law, conditions)
+        is_answerable = slip > 0
+        is_answerable[is_answerable] = self.surface.has_law(
+            surface_conditions[is_answerable], slip[is_answerable]
+        )
+        support_codes[(slip > 0) & ~is_answerable] = Support.LAW_NOT_POSITIVE
+        if is_answerable.any():
+            prediction = self.surface.predict(
+                surface_conditions[is_answerable], slip[is_answerable], rig_number
+            )
             factor = self.factors.curve if whole_curve else self.factors.point
-            share = normal_factor(self.level(level)) / normal_factor(self.factors.level)
-            mu[has_value] = predicted.mu
-            lower[has_value], upper[has_value] = predicted.interval(factor * share)
-            support[has_value] = predicted.support
-        return SurfaceAnswer(mu, lower, upper, support)
+            level_factor = normal_factor(self.level(level)) / normal_factor(self.factors.level)
+            mu[is_answerable] = prediction.mu
+            lower[is_answerable], upper[is_answerable] = prediction.interval(factor * level_factor)
+            support_codes[is_answerable] = prediction.support_codes
+        return SurfaceAnswer(mu, lower, upper, support_codes)
 
 
 # ---------------------------------------------------------------- back from the tables
@@ -257,12 +265,12 @@ class LawConstants(NamedTuple):
     Attributes:
         law: The law.
         constants: Its constants, shape (constants,).
-        followed: Which of its groups the fit follows, shape (groups,).
+        is_followed_group: Whether the fit follows each of its groups, shape (groups,).
     """
 
     law: Law
     constants: FloatArray
-    followed: BoolArray
+    is_followed_group: BoolArray
 
 
 def surface_from_tables(
@@ -279,12 +287,12 @@ def surface_from_tables(
     contact = Contact.from_points(points[points["accepted"]])
     law = free_law(*fit, contact)
     assumptions = RunAssumptions.from_tables(row, sizes)
-    runs, measurements = usable_measurements(points, law, contact, assumptions)
+    run_ids, measurements = usable_measurements(points, law, contact, assumptions)
     logarithms = {}
     for search, rows_of_search in sizes.groupby("search"):
-        by_size = rows_of_search.set_index("size")["logarithm"]
-        names = size_names(tells_rigs_apart="rig_gain" in by_size.index)
-        logarithms[search] = by_size.reindex(list(names)).to_numpy(dtype=float)
+        logarithm_by_size = rows_of_search.set_index("size")["logarithm"]
+        ordered_names = size_names(tells_rigs_apart="rig_gain" in logarithm_by_size.index)
+        logarithms[search] = logarithm_by_size.reindex(list(ordered_names)).to_numpy(dtype=float)
     searched_sizes = SurfaceSizes(
         **{search: logarithms[search] for search in SEARCHES}, converged=row["search_converged"]
     )
@@ -293,7 +301,7 @@ def surface_from_tables(
         law_name=row["law"],
         law=law,
         contact=contact,
-        runs=runs,
+        run_ids=run_ids,
         measurements=measurements,
         sizes=searched_sizes,
         factors=factors,
@@ -309,32 +317,34 @@ def surface_from_tables(
 # ---------------------------------------------------------------- arrays
 
 
-def free_law(law: Law, constants: FloatArray, followed: BoolArray, contact: Contact) -> FreeLaw:
+def free_law(
+    law: Law, constants: FloatArray, is_followed_group: BoolArray, contact: Contact
+) -> FreeLaw:
     """The law of a fit, whose fitted constants are free.
 
     Args:
         law: The law.
         constants: Its constants, shape (constants,).
-        followed: Which of its groups the fit follows, shape (groups,).
+        is_followed_group: Whether the fit follows each of its groups, shape (groups,).
         contact: What turns its conditions into P, U and T.
     """
-    is_followed = dict(zip(law.groups, followed, strict=True))
-    free = []
+    follows_by_group = dict(zip(law.groups, is_followed_group, strict=True))
+    is_free = []
     for constant in law.constants:
-        follows = constant.condition is None or bool(is_followed[constant.condition])
-        free.append(follows and constant.prescribed is None)
+        follows = constant.condition is None or bool(follows_by_group[constant.condition])
+        is_free.append(follows and constant.prescribed is None)
     return FreeLaw(
         law=law,
         constants=to_internal(law, constants),
-        free=np.array(free),
-        conditions_of_law=partial(contact.to_law, law),
+        is_free=np.array(is_free),
+        conditions_of_law=partial(contact.law_conditions, law),
     )
 
 
 def usable_measurements(
     points: pd.DataFrame, surface_law: FreeLaw, contact: Contact, assumptions: RunAssumptions
 ) -> tuple[tuple[str, ...], Measurements]:
-    """The points of an oil that carry traction, and the run of each of their curves.
+    """The run of each curve, and the points of an oil that carry traction.
 
     Runs with an unknown condition, where others know it, are left out, and so are points near pure
     rolling: their mu is that of the zero.
@@ -346,44 +356,51 @@ def usable_measurements(
         assumptions: What is known of the runs.
     """
     data = curve_data(points, surface_law.law.conditions)
-    unknown = np.isnan(data.conditions)
-    is_known_of_some = ~unknown.all(axis=0)
-    rig = _rig_numbers(data.runs, assumptions)
-    is_complete: BoolArray = ~np.any(unknown & is_known_of_some, axis=1)
-    conditions = contact.to_surface(surface_law.law, data.conditions)
-    slides = is_complete[data.curve] & (data.slip > 0)
-    point_conditions = conditions[data.curve[slides]]
-    mu_of_law = np.exp(surface_law.log_mu(point_conditions, data.slip[slides]))
-    carries = mu_of_law > _smallest_traction(data.mu[slides], assumptions.errors)
-    points_used = np.flatnonzero(slides)[carries]
-    rows, curve = np.unique(data.curve[points_used], return_inverse=True)
-    slip = data.slip[points_used]
+    is_unknown = np.isnan(data.conditions)
+    is_known_of_some = ~is_unknown.all(axis=0)
+    rig_of_curve = _rig_numbers(data.run_ids, assumptions)
+    is_complete: BoolArray = ~np.any(is_unknown & is_known_of_some, axis=1)
+    conditions = contact.surface_conditions(surface_law.law, data.conditions)
+    is_sliding = is_complete[data.curve_of_point] & (data.slip > 0)
+    point_conditions = conditions[data.curve_of_point[is_sliding]]
+    mu_of_law = np.exp(surface_law.log_mu(point_conditions, data.slip[is_sliding]))
+    carries_traction = mu_of_law > _smallest_traction(data.mu[is_sliding], assumptions.errors)
+    point_indices = np.flatnonzero(is_sliding)[carries_traction]
+    curve_indices, new_curve_of_point = np.unique(
+        data.curve_of_point[point_indices], return_inverse=True
+    )
+    slip = data.slip[point_indices]
     measurements = Measurements(
-        conditions=conditions[rows],
-        curve=curve,
+        conditions=conditions[curve_indices],
+        curve_of_point=new_curve_of_point,
         slip=slip,
-        mu=data.mu[points_used],
+        mu=data.mu[point_indices],
         noise_ratio=_noise_ratio(
-            data.mu_se[points_used] / mu_of_law[carries], data.slip_se[points_used] / slip
+            data.mu_se[point_indices] / mu_of_law[carries_traction],
+            data.slip_se[point_indices] / slip,
         ),
         level_widths=assumptions.level_widths,
-        rig=None if rig is None else rig[rows],
+        rig_of_curve=None if rig_of_curve is None else rig_of_curve[curve_indices],
     )
-    return tuple(data.runs[row] for row in rows.tolist()), measurements
+    return tuple(data.run_ids[curve_index] for curve_index in curve_indices.tolist()), measurements
 
 
-def _rig_numbers(runs: Sequence[str], assumptions: RunAssumptions) -> IndexArray | None:
-    """Number of the rig of each run; None where the data name no rigs, or a single one.
+def _rig_numbers(run_ids: Sequence[str], assumptions: RunAssumptions) -> IndexArray | None:
+    """Number of the rig of each run, shape (runs,); None where the data name fewer than two rigs.
 
     Raises:
         ValueError: The runs are not those whose rigs are known.
     """
-    rig_of_runs = assumptions.rig_of_runs
-    if rig_of_runs is None or len(assumptions.rigs) < 2:
+    rig_name_of_run = assumptions.rig_name_of_run
+    if rig_name_of_run is None or len(assumptions.rig_names) < 2:
         return None
-    if len(rig_of_runs) != len(runs):
-        raise ValueError(f"{len(runs)} runs are accepted; the rigs of {len(rig_of_runs)} are known")
-    return np.array([assumptions.rigs.index(rig) for rig in rig_of_runs], dtype=np.int64)
+    if len(rig_name_of_run) != len(run_ids):
+        raise ValueError(
+            f"{len(run_ids)} runs are accepted; the rigs of {len(rig_name_of_run)} are known"
+        )
+    return np.array(
+        [assumptions.rig_names.index(rig_name) for rig_name in rig_name_of_run], dtype=np.int64
+    )
 
 
 def _smallest_traction(mu: FloatArray, errors: RunErrorSizes) -> float:
@@ -399,8 +416,9 @@ def _smallest_traction(mu: FloatArray, errors: RunErrorSizes) -> float:
 def _noise_ratio(mu_se: FloatArray, slip_se: FloatArray) -> FloatArray | None:
     """Noise of each point over that of a typical one; None where the readings do not show it.
 
-    An error of the slip counts in full, as where mu is in proportion to the slip. Half of the
-    variance of a typical point is given to all points, because no point is better than its rig.
+    A relative error of the slip counts as the same relative error of mu: mu is at most in
+    proportion to the slip. The ratio is the root of the mean of the variance of the point and that
+    of a typical one, because no point is much better than its rig.
 
     Args:
         mu_se: Standard error of mu, over mu, shape (points,).
@@ -410,8 +428,8 @@ def _noise_ratio(mu_se: FloatArray, slip_se: FloatArray) -> FloatArray | None:
     is_known = np.isfinite(variance)
     if not is_known.any():
         return None
-    typical = float(np.median(variance[is_known]))
-    if typical == 0:
+    typical_variance = float(np.median(variance[is_known]))
+    if typical_variance == 0:
         return None
-    variance = np.where(is_known, variance, typical)
-    return np.sqrt((variance + typical) / (2 * typical))
+    variance = np.where(is_known, variance, typical_variance)
+    return np.sqrt((variance + typical_variance) / (2 * typical_variance))

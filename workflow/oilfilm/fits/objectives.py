@@ -22,11 +22,11 @@ _CAUCHY_TUNING = 2.3849
 _MOST_ROUNDS = 100
 # Relative decrease of the SSE at which the descent of a round ends.
 _SSE_TOLERANCE = 1e-8
-# Largest change of mu in the last round, over the scale of the loss.
+# Change of mu, over the scale of the loss, at which the rounds end.
 _MU_TOLERANCE = 1e-6
-# Points with less traction than this share of their curve's largest do not count: they say little.
+# Points with less traction than this share of the largest one of their curve are left out.
 _LEAST_TRACTION = 0.2
-# A gain is not smaller than this, so that its logarithm exists.
+# Least gain whose logarithm is taken.
 _SMALLEST_GAIN = 1e-9
 
 
@@ -34,12 +34,12 @@ class RobustFit(NamedTuple):
     """The fit with a robust loss.
 
     Attributes:
-        values: Free internal constants, shape (free,).
-        weight: Weight of each point, at most 1, shape (points,).
+        constants: Free internal constants, shape (free,).
+        weight_of_point: Weight of each point by the loss, at most 1, shape (points,).
     """
 
-    values: FloatArray
-    weight: FloatArray
+    constants: FloatArray
+    weight_of_point: FloatArray
 
 
 def robust_fit(problem: Problem, plain: Optimum) -> RobustFit | None:
@@ -59,22 +59,22 @@ def robust_fit(problem: Problem, plain: Optimum) -> RobustFit | None:
 
     Reference: P. J. Huber, E. M. Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 4 and 7.
     """
-    values = plain.values
-    residual = problem.residual(values)
+    constants = plain.constants
+    residual = problem.residual(constants)
     for _ in range(_MOST_ROUNDS):
         scale = _CAUCHY_TUNING * MAD_TO_SIGMA * float(np.median(np.abs(residual)))
         if scale == 0 or not np.isfinite(scale):
             return None
-        weighted = replace(problem, weight=_cauchy_weight(residual, scale))
+        weighted_problem = replace(problem, weight_of_point=_cauchy_weight(residual, scale))
         ends, _ = descend(
-            weighted, values[np.newaxis], tolerance=_SSE_TOLERANCE, starts_near_ends=True
+            weighted_problem, constants[np.newaxis], tolerance=_SSE_TOLERANCE, starts_near_ends=True
         )
-        values = ends[0]
+        constants = ends[0]
         previous_residual = residual
-        residual = problem.residual(values)
+        residual = problem.residual(constants)
         if np.abs(residual - previous_residual).max() <= _MU_TOLERANCE * scale:
             break
-    return RobustFit(values, _cauchy_weight(residual, scale))
+    return RobustFit(constants, _cauchy_weight(residual, scale))
 
 
 def _cauchy_weight(residual: FloatArray, scale: float) -> FloatArray:
@@ -85,7 +85,7 @@ def _cauchy_weight(residual: FloatArray, scale: float) -> FloatArray:
 def curve_agreement(
     problem: Problem, robust: RobustFit | None, settings: FitSettings
 ) -> dict[str, FloatArray | BoolArray]:
-    """How each curve agrees with the robust fit of all curves; perfectly where that fit is exact.
+    """How well each curve agrees with the robust fit of all curves: perfectly if that fit is exact.
 
     Points of little traction are left out: near S = 0 every curve agrees with every law.
 
@@ -95,59 +95,63 @@ def curve_agreement(
         settings: The limits of odd curves.
 
     Returns:
-        Columns of `curve_residuals`: its traction over the fit's (`gain`), the mean weight of its
-        points (`robust_weight`, near 1 where it agrees), and whether it is `odd`.
+        Columns of `curve_residuals`: traction of the curve over that of the fit (`gain`), mean
+        weight of its points (`robust_weight`, near 1 where it agrees), and whether it is `odd`.
     """
-    ones = np.ones(problem.curves)
+    ones = np.ones(problem.curve_count)
     if robust is None:
-        none_odd = np.zeros(problem.curves, dtype=bool)
+        none_odd = np.zeros(problem.curve_count, dtype=bool)
         return {"gain": ones, "robust_weight": ones, "odd": none_odd}
-    values, weight = robust
-    curve = problem.observations.curve
-    fitted = problem.residual(values) + problem.mu
-    largest_traction = np.maximum.reduceat(fitted, problem.starts)
-    is_counted = fitted >= _LEAST_TRACTION * largest_traction[curve]
+    constants, weight_of_point = robust
+    curve_of_point = problem.observations.curve_of_point
+    fitted_mu = problem.residual(constants) + problem.mu
+    largest_traction = np.maximum.reduceat(fitted_mu, problem.first_point_of_curve)
+    is_counted = fitted_mu >= _LEAST_TRACTION * largest_traction[curve_of_point]
 
-    def total(point_values: FloatArray) -> FloatArray:
+    def sums_by_curve(point_values: FloatArray) -> FloatArray:
         """Sum over the points of each curve that count."""
         counted_values = np.where(is_counted, point_values, 0.0)
-        return np.bincount(curve, counted_values, minlength=problem.curves).astype(np.float64)
+        return np.bincount(curve_of_point, counted_values, minlength=problem.curve_count).astype(
+            np.float64
+        )
 
-    point_count = total(np.ones(len(curve)))
-    power = total(fitted**2)
+    point_count = sums_by_curve(np.ones(len(curve_of_point)))
+    power = sums_by_curve(fitted_mu**2)
     # a curve without traction agrees with every law
-    gain = np.divide(total(problem.mu * fitted), power, out=ones.copy(), where=power > 0)
+    gain = np.divide(sums_by_curve(problem.mu * fitted_mu), power, out=ones.copy(), where=power > 0)
     power = np.where(power > 0, power, 1.0)
-    remaining_sse = total((problem.mu - gain[curve] * fitted) ** 2)
+    remaining_sse = sums_by_curve((problem.mu - gain[curve_of_point] * fitted_mu) ** 2)
     scatter = np.sqrt(remaining_sse / power) / gain
-    mean_weight = total(weight) / point_count
-    odd = _odd(gain, mean_weight, scatter, settings)
-    return {"gain": gain, "robust_weight": mean_weight, "odd": odd}
+    mean_weight = sums_by_curve(weight_of_point) / point_count
+    is_odd = _odd(gain, mean_weight, scatter, settings)
+    return {"gain": gain, "robust_weight": mean_weight, "odd": is_odd}
 
 
 def _odd(
-    gain: FloatArray, weight: FloatArray, scatter: FloatArray, settings: FitSettings
+    gain: FloatArray, mean_weight: FloatArray, scatter: FloatArray, settings: FitSettings
 ) -> BoolArray:
-    """Curves that do not belong to the others: they pull the plain fit away.
+    """Whether each curve does not belong to the others: odd curves pull the plain fit away.
 
     The gain or the scatter of such a curve is far from those of the others. It is above the limit,
     and above what a law that fits all curves badly explains. Half the limit is enough where the
     robust fit nearly ignores the curve.
 
     Args:
-        gain: Traction of each curve over the fit's, shape (curves,).
-        weight: Mean weight of its points in the robust fit.
-        scatter: Rms difference from the fit times the gain, relative.
+        gain: Traction of each curve over that of the fit, shape (curves,).
+        mean_weight: Mean weight of its points in the robust fit, shape (curves,).
+        scatter: Rms difference of the curve from the fit times the gain, relative, shape (curves,).
         settings: The limits.
     """
     gain_error = np.abs(np.log(np.maximum(gain, _SMALLEST_GAIN)))
     usual_gain_error = float(np.median(gain_error))
     usual_scatter = float(np.median(scatter))
-    deviation = MAD_TO_SIGMA * usual_gain_error
+    standard_deviation = MAD_TO_SIGMA * usual_gain_error
     is_far = gain_error > max(settings.odd_gain, settings.odd_factor * usual_gain_error)
-    is_far |= gain_error > max(settings.odd_gain_deviations * deviation, settings.odd_gain_min)
+    is_far |= gain_error > max(
+        settings.odd_gain_deviations * standard_deviation, settings.odd_gain_min
+    )
     is_wide = scatter > max(settings.odd_scatter, settings.odd_factor * usual_scatter)
     # weights are of absolute residuals, which grow with mu: a weight alone is no reason
     is_material = (gain_error > settings.odd_gain / 2) | (scatter > settings.odd_scatter / 2)
-    is_ignored = is_material & (weight < settings.pulling_weight)
+    is_ignored = is_material & (mean_weight < settings.pulling_weight)
     return np.asarray(is_far | is_wide | is_ignored)

@@ -1,4 +1,4 @@
-"""Two oils by their runs: which runs make pairs, and whether a ratio of the oils follows from them.
+"""The ratio of two oils by their runs, or the reason why the runs give none.
 
 Decides: how many conditions two oils must have in common for a ratio by their runs.
 """
@@ -19,7 +19,7 @@ from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
-# With fewer, left-out conditions allow less than 80 %.
+# Fewest conditions of both oils. With fewer, the level of an interval is below 80 %.
 _FEWEST_PAIRED = 4
 
 
@@ -38,13 +38,13 @@ class MeasuredOil:
 
     Attributes:
         fit: The fitted law.
-        points: Its rows of the table of points.
-        rigs: Names of the rigs of its accepted runs.
+        points: Rows of the table of points of the oil.
+        rig_names: Names of the rigs of its accepted runs.
     """
 
     fit: FittedLaw
     points: pd.DataFrame
-    rigs: frozenset[str]
+    rig_names: frozenset[str]
 
 
 @dataclass(frozen=True)
@@ -52,73 +52,77 @@ class OilPair:
     """What the runs of two oils say of their ratio.
 
     Attributes:
-        ratio: The ratio over slip and conditions, or why there is none.
-        paired: Number of conditions that both oils have.
-        unpaired: Number of conditions that only one oil has.
-        rigs: Names of the rigs of the first and of the second oil.
+        ratio_or_obstacle: The ratio over slip and conditions, or why there is none.
+        paired_count: Number of conditions that both oils have.
+        unpaired_count: Number of conditions that only one oil has.
+        rig_names: Names of the rigs of the first and of the second oil.
     """
 
-    ratio: RatioSurface | Obstacle
-    paired: int
-    unpaired: int
-    rigs: tuple[frozenset[str], frozenset[str]]
+    ratio_or_obstacle: RatioSurface | Obstacle
+    paired_count: int
+    unpaired_count: int
+    rig_names: tuple[frozenset[str], frozenset[str]]
 
 
-def read_oil(folder: Path, oil: str) -> MeasuredOil:
+def read_oil(folder: Path, oil_name: str) -> MeasuredOil:
     """The runs and the configured fit of one oil, from a campaign's results or a saved fit.
 
     Args:
         folder: Folder of the results, which contains the folder `tables`.
-        oil: Name of the oil.
+        oil_name: Name of the oil.
     """
     results = CampaignTables.in_folder(folder)
-    points, runs = results.table("points", CURVE_POINTS, oil=oil), results.runs
+    points, runs = results.table("points", CURVE_POINTS, oil=oil_name), results.runs
     has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
     return MeasuredOil(
-        read_fit(folder, oil), points, frozenset(runs.loc[has_accepted_points, "rig"])
+        read_fit(folder, oil_name), points, frozenset(runs.loc[has_accepted_points, "rig"])
     )
 
 
-def oil_pair(first: MeasuredOil, second: MeasuredOil) -> OilPair:
+def oil_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> OilPair:
     """What the runs of two oils say of mu of the second one over that of the first."""
-    rigs = (first.rigs, second.rigs)
-    if any(oil.fit.law.conditions != CONDITIONS for oil in (first, second)):
-        return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rigs)
-    if _has_unknown_condition(first) or _has_unknown_condition(second):
-        return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rigs)
-    assumptions = assumptions_of_pair(first, second)
-    oils = (_oil_of_pair(first, assumptions), _oil_of_pair(second, assumptions))
-    runs = PairedRuns(oils[0].measurements, oils[1].measurements)
-    is_paired = runs.is_paired()
-    paired = int(np.count_nonzero(is_paired))
-    ratio: RatioSurface | Obstacle
-    if runs.share_runs():
-        ratio = Obstacle.SAME_RUNS
-    elif paired < _FEWEST_PAIRED:
-        ratio = Obstacle.FEW_PAIRS
+    rig_names = (first_oil.rig_names, second_oil.rig_names)
+    if any(
+        measured_oil.fit.law.conditions != CONDITIONS for measured_oil in (first_oil, second_oil)
+    ):
+        return OilPair(Obstacle.OTHER_CONDITIONS, 0, 0, rig_names)
+    if _has_unknown_condition(first_oil) or _has_unknown_condition(second_oil):
+        return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rig_names)
+    assumptions = assumptions_of_pair(first_oil, second_oil)
+    oils_of_pair = (_oil_of_pair(first_oil, assumptions), _oil_of_pair(second_oil, assumptions))
+    paired_runs = PairedRuns(oils_of_pair[0].measurements, oils_of_pair[1].measurements)
+    is_paired = paired_runs.is_paired()
+    paired_count = int(np.count_nonzero(is_paired))
+    ratio_or_obstacle: RatioSurface | Obstacle
+    if paired_runs.share_runs():
+        ratio_or_obstacle = Obstacle.SAME_RUNS
+    elif paired_count < _FEWEST_PAIRED:
+        ratio_or_obstacle = Obstacle.FEW_PAIRS
     else:
-        ratio = _fitted_ratio(*oils, assumptions, limits_of_pair(first, second))
-    return OilPair(ratio, paired, len(is_paired) - paired, rigs)
+        ratio_or_obstacle = _fitted_ratio(
+            *oils_of_pair, assumptions, limits_of_pair(first_oil, second_oil)
+        )
+    return OilPair(ratio_or_obstacle, paired_count, len(is_paired) - paired_count, rig_names)
 
 
-def limits_of_pair(first: MeasuredOil, second: MeasuredOil) -> SurfaceLimits:
-    """What is asked of an answer: as of the surface of the first oil that has one."""
-    for oil in (first, second):
-        if oil.fit.surface is not None:
-            return oil.fit.surface.limits
+def limits_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> SurfaceLimits:
+    """What an answer must fulfil: the limits of the first of both oils that has a surface."""
+    for measured_oil in (first_oil, second_oil):
+        if measured_oil.fit.surface is not None:
+            return measured_oil.fit.surface.limits
     return SurfaceLimits()
 
 
-def assumptions_of_pair(first: MeasuredOil, second: MeasuredOil) -> RunAssumptions:
-    """What is known of the runs: as of the surface of the first oil that has one."""
-    for oil in (first, second):
-        if oil.fit.surface is not None:
-            return oil.fit.surface.assumptions
+def assumptions_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> RunAssumptions:
+    """What is known of the runs: that of the first of both oils that has a surface."""
+    for measured_oil in (first_oil, second_oil):
+        if measured_oil.fit.surface is not None:
+            return measured_oil.fit.surface.assumptions
     return RunAssumptions()
 
 
 def _fitted_ratio(
-    first: OilOfPair, second: OilOfPair, assumptions: RunAssumptions, limits: SurfaceLimits
+    first_oil: OilOfPair, second_oil: OilOfPair, assumptions: RunAssumptions, limits: SurfaceLimits
 ) -> RatioSurface:
     """The ratio by the runs.
 
@@ -126,21 +130,23 @@ def _fitted_ratio(
         OilfilmError: The points cannot have one.
     """
     try:
-        return fit_ratio(first, second, assumptions.errors, limits)
+        return fit_ratio(first_oil, second_oil, assumptions.errors, limits)
     except ValueError as error:
         raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
 
 
-def _oil_of_pair(oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
+def _oil_of_pair(measured_oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
     """The oil as a surface takes it."""
-    contact = Contact.from_points(oil.points[oil.points["accepted"]])
-    fitted = oil.fit.coefficients
-    law = free_law(oil.fit.law, fitted.constants, fitted.followed, contact)
-    _, measurements = usable_measurements(oil.points, law, contact, assumptions)
+    contact = Contact.from_points(measured_oil.points[measured_oil.points["accepted"]])
+    coefficients = measured_oil.fit.coefficients
+    law = free_law(
+        measured_oil.fit.law, coefficients.constants, coefficients.is_followed_group, contact
+    )
+    _, measurements = usable_measurements(measured_oil.points, law, contact, assumptions)
     return OilOfPair(measurements, law)
 
 
-def _has_unknown_condition(oil: MeasuredOil) -> bool:
-    """Whether a condition is not known of any accepted run: it may be another one in each oil."""
-    accepted = oil.points[oil.points["accepted"]]
+def _has_unknown_condition(measured_oil: MeasuredOil) -> bool:
+    """Whether a condition is unknown in all accepted runs: it may differ between the oils."""
+    accepted = measured_oil.points[measured_oil.points["accepted"]]
     return bool(accepted[list(CONDITIONS)].isna().all().any())

@@ -16,24 +16,24 @@ from oilfilm.traction.law import CONDITIONS, Law, Observations, bounds, to_const
 
 @dataclass(frozen=True)
 class Curves:
-    """Points of curves, measured or to be measured.
+    """Points of curves that were measured or may be measured, without their mu.
 
     Attributes:
         conditions: The law's conditions of each curve, shape (curves, conditions), NaN where
             unknown.
         load_n: Load of each curve, shape (curves,).
-        curve: Curve of each point, counted from 0 and rising, shape (points,).
+        curve_of_point: Index of the curve of each point, in ascending order, shape (points,).
         slip: Slide-roll ratio of each point, 0 or more, shape (points,).
     """
 
     conditions: FloatArray
     load_n: FloatArray
-    curve: IndexArray
+    curve_of_point: IndexArray
     slip: FloatArray
 
     def observations(self, law: Law) -> Observations:
         """The points in the form in which a law is evaluated."""
-        return Observations(law.design(self.conditions), self.curve, self.slip)
+        return Observations(law.design(self.conditions), self.curve_of_point, self.slip)
 
 
 @dataclass(frozen=True)
@@ -41,13 +41,14 @@ class CurveData(Curves):
     """Accepted points of one oil; a curve is one run at its mean measured conditions.
 
     Attributes:
-        runs: Run of each curve.
+        run_ids: Name of the run of each curve.
         mu: Traction coefficient of each point, shape (points,).
-        mu_se: Random standard error of mu, by the readings of the point; NaN where unknown.
-        slip_se: The same of the slip.
+        mu_se: Random standard error of mu, by the readings of the point, shape (points,); NaN where
+            unknown.
+        slip_se: Random standard error of the slip, shape (points,); NaN where unknown.
     """
 
-    runs: list[str]
+    run_ids: list[str]
     mu: FloatArray
     mu_se: FloatArray
     slip_se: FloatArray
@@ -64,202 +65,238 @@ class Problem:
     Attributes:
         law: The law.
         data: The accepted points.
-        varied: Which conditions of the law the fit follows, shape (conditions,).
+        is_followed_condition: Whether the fit follows each condition of the law, shape
+            (conditions,).
         observations: The points in the form in which the law is evaluated.
         mu: Measured traction coefficient of each point, shape (points,).
-        free: Which constants of the law are fitted, shape (constants,).
-        held: Index and internal value of each constant that is held at a bound.
-        weight: Weight of each point's squared error, shape (points,); None where all are 1.
+        is_free: Whether each constant of the law is fitted, shape (constants,).
+        held_constants: Index and internal value of each constant that is held at a bound.
+        weight_of_point: Weight of each point's squared error, shape (points,); None where all are
+            1.
     """
 
     law: Law
     data: CurveData
-    varied: BoolArray
+    is_followed_condition: BoolArray
     observations: Observations
     mu: FloatArray
-    free: BoolArray
-    held: tuple[tuple[int, float], ...] = ()
-    weight: FloatArray | None = None
+    is_free: BoolArray
+    held_constants: tuple[tuple[int, float], ...] = ()
+    weight_of_point: FloatArray | None = None
 
     @property
-    def curves(self) -> int:
+    def curve_count(self) -> int:
         """Number of curves."""
         return len(self.observations.design)
 
     @cached_property
-    def starts(self) -> IndexArray:
-        """First point of each curve; points are in the order of their curves."""
-        return np.searchsorted(self.observations.curve, np.arange(self.curves))
+    def first_point_of_curve(self) -> IndexArray:
+        """Index of the first point of each curve, shape (curves,); points are sorted by curve."""
+        return np.searchsorted(self.observations.curve_of_point, np.arange(self.curve_count))
 
     @cached_property
-    def lengths(self) -> IndexArray:
-        """Number of points of each curve."""
-        return np.diff(self.starts, append=len(self.mu))
+    def point_counts(self) -> IndexArray:
+        """Number of points of each curve, shape (curves,)."""
+        return np.diff(self.first_point_of_curve, append=len(self.mu))
 
     @cached_property
-    def names(self) -> list[str]:
+    def free_names(self) -> list[str]:
         """Names of the free constants.
 
         Where a condition did not vary, its level is inside X0. The data then give the coefficient
-        X at that level and at the reference of the others. It has the name X.
+        X at that level and at the reference of the others. The name of this constant is X.
         """
-        return [self._all_names[index] for index in np.flatnonzero(self.free)]
+        return [self._all_names[index] for index in np.flatnonzero(self.is_free)]
 
-    def beyond(self, values: FloatArray) -> FloatArray:
-        """Distance of free constants from their bounds, in ranges of the bounds; 0 within.
+    def distance_beyond_bounds(self, constants: FloatArray) -> FloatArray:
+        """Distance of free constants beyond their bounds, over the range between them; 0 within.
 
         Args:
-            values: Free internal constants, shape (..., free).
+            constants: Free internal constants, shape (..., free).
         """
-        low, high = self.limits.T
-        outside = np.maximum(low - values, values - high)
-        return np.maximum(outside, 0.0) / (high - low)
+        low, high = self.free_bounds.T
+        distance = np.maximum(low - constants, constants - high)
+        return np.maximum(distance, 0.0) / (high - low)
 
     @cached_property
-    def at_bounds(self) -> dict[str, float]:
-        """Value of each constant that is held at a bound, in the form of the law's equation."""
-        values = {}
-        for index, internal in self.held:
-            sign = self.law.signs[index]
-            values[self._all_names[index]] = sign * np.exp(internal) if sign else internal
-        return values
+    def values_at_bounds(self) -> dict[str, float]:
+        """Value of each constant held at a bound, in the form of the law's equation, by name."""
+        values_by_name = {}
+        for constant_index, internal_value in self.held_constants:
+            sign = self.law.signs[constant_index]
+            values_by_name[self._all_names[constant_index]] = (
+                sign * np.exp(internal_value) if sign else internal_value
+            )
+        return values_by_name
 
     @cached_property
     def _all_names(self) -> list[str]:
         """Names of all constants. If a group did not vary, a coefficient A0 is named A."""
         names = [constant.name for constant in self.law.constants]
-        if self.followed.all():
+        if self.is_followed_group.all():
             return names
         coefficient_names = {f"{name}0": name for name in self.law.coefficient_names}
         return [coefficient_names.get(name, name) for name in names]
 
     @cached_property
     def signs(self) -> IndexArray:
-        """Sign of each free constant, 0 for exponents."""
-        return self.law.signs[self.free]
+        """Sign of each free constant, 0 for exponents, shape (free,)."""
+        return self.law.signs[self.is_free]
 
     @cached_property
-    def linear(self) -> BoolArray:
-        """True for the free constants ln|X0| with mu linear in X0."""
-        return self.law.linear_in[self.free]
+    def is_linear(self) -> BoolArray:
+        """Whether each free constant is a ln|X0| with mu linear in X0, shape (free,)."""
+        return self.law.is_linear_x0[self.is_free]
 
     @cached_property
-    def limits(self) -> FloatArray:
+    def free_bounds(self) -> FloatArray:
         """Bounds of the free internal constants, shape (free, 2)."""
-        return bounds(self.law)[self.free]
+        return bounds(self.law)[self.is_free]
 
     @cached_property
-    def followed(self) -> BoolArray:
-        """Which groups of the law varied."""
+    def is_followed_group(self) -> BoolArray:
+        """Whether each group of the law varied, shape (groups,)."""
         # a group that does not count has its reference value, logarithm 0, in every curve
         return np.asarray(np.any(self.observations.design[:, 1:] != 0, axis=0))
 
-    def holding(self, values: FloatArray, which: BoolArray) -> "Problem":
+    def holding(self, constants: FloatArray, is_held: BoolArray) -> "Problem":
         """The same problem with some of its free constants held at their values.
 
         Args:
-            values: Free internal constants, shape (free,).
-            which: Which of them are held, shape (free,).
+            constants: Free internal constants, shape (free,).
+            is_held: Whether each of them is held from now on, shape (free,).
         """
-        indices = np.flatnonzero(self.free)[which]
-        newly_held = zip(indices.tolist(), values[which].tolist(), strict=True)
-        free = self.free.copy()
-        free[indices] = False
-        return replace(self, free=free, held=self.held + tuple(newly_held))
-
-    def thinned(self, points: int) -> "Problem":
-        """The same problem with every n-th point of each curve, about `points` in all."""
-        step = max(len(self.mu) // points, 1)
-        # each curve begins at another of its points, so that more slips are kept
-        offset = np.arange(self.curves) % np.minimum(self.lengths, step)
-        first_kept = self.starts + offset
-        curve = self.observations.curve
-        kept = (np.arange(len(self.mu)) - first_kept[curve]) % step == 0
-        observations = replace(
-            self.observations, curve=curve[kept], slip=self.observations.slip[kept]
+        held_indices = np.flatnonzero(self.is_free)[is_held]
+        newly_held = zip(held_indices.tolist(), constants[is_held].tolist(), strict=True)
+        is_free = self.is_free.copy()
+        is_free[held_indices] = False
+        return replace(
+            self, is_free=is_free, held_constants=self.held_constants + tuple(newly_held)
         )
-        return replace(self, observations=observations, mu=self.mu[kept])
 
-    def reported(self, values: FloatArray) -> FloatArray:
+    def thinned(self, point_count: int) -> "Problem":
+        """The same problem with every n-th point of each curve.
+
+        Args:
+            point_count: About how many points remain.
+        """
+        step = max(len(self.mu) // point_count, 1)
+        # each curve begins at another of its points, so that more slips are kept
+        offset = np.arange(self.curve_count) % np.minimum(self.point_counts, step)
+        first_kept_point = self.first_point_of_curve + offset
+        curve_of_point = self.observations.curve_of_point
+        is_kept = (np.arange(len(self.mu)) - first_kept_point[curve_of_point]) % step == 0
+        observations = replace(
+            self.observations,
+            curve_of_point=curve_of_point[is_kept],
+            slip=self.observations.slip[is_kept],
+        )
+        return replace(self, observations=observations, mu=self.mu[is_kept])
+
+    def reported(self, constants: FloatArray) -> FloatArray:
         """Free constants in the form of the law's equation; shape (..., free)."""
-        return to_constants(self.signs, values)
+        return to_constants(self.signs, constants)
 
-    def expand(self, values: FloatArray) -> FloatArray:
-        """All internal constants from the free ones; (free,) or (free, population)."""
-        population = values.shape[1:]
-        full = np.empty((len(self.free), *population))
-        full.T[:] = self.law.prescribed
-        for index, value in self.held:
-            full[index] = value
-        full[self.free] = values
-        return full
+    def expand(self, constants: FloatArray) -> FloatArray:
+        """All internal constants from the free ones.
 
-    def residual(self, values: FloatArray) -> FloatArray:
+        Args:
+            constants: Free internal constants, shape (free,) or (free, population).
+
+        Returns:
+            Shape (constants,) or (constants, population).
+        """
+        population_shape = constants.shape[1:]
+        all_constants = np.empty((len(self.is_free), *population_shape))
+        all_constants.T[:] = self.law.prescribed
+        for constant_index, value in self.held_constants:
+            all_constants[constant_index] = value
+        all_constants[self.is_free] = constants
+        return all_constants
+
+    def residual(self, constants: FloatArray) -> FloatArray:
         """Fitted minus measured mu at each point, shape (points,)."""
-        return self.law.traction(self.expand(values), self.observations) - self.mu
+        return self.law.traction(self.expand(constants), self.observations) - self.mu
 
-    def slip_slope(self, values: FloatArray) -> FloatArray:
-        """S dmu/dS at each point, shape (points,)."""
-        return self.law.jacobian(self.expand(values), self.observations) @ self.law.slip_scale
+    def slip_slope(self, constants: FloatArray) -> FloatArray:
+        """S dmu/dS at each point: change of mu per relative change of slip, shape (points,)."""
+        return (
+            self.law.jacobian(self.expand(constants), self.observations) @ self.law.slip_direction
+        )
 
-    def jacobian(self, values: FloatArray) -> FloatArray:
+    def jacobian(self, constants: FloatArray) -> FloatArray:
         """Derivatives of the residual by the free constants, shape (points, free)."""
-        return self.law.jacobian(self.expand(values), self.observations)[:, self.free]
+        return self.law.jacobian(self.expand(constants), self.observations)[:, self.is_free]
 
 
-def curve_data(points: pd.DataFrame, conditions: Sequence[str] = CONDITIONS) -> CurveData:
+def curve_data(points: pd.DataFrame, condition_columns: Sequence[str] = CONDITIONS) -> CurveData:
     """Accepted points of one oil, grouped by run.
 
     Args:
         points: Rows of the table of points.
-        conditions: Columns of the law's conditions.
+        condition_columns: Columns of the law's conditions.
     """
-    averaged = list(dict.fromkeys([*conditions, "load_n"]))
-    errors = ["traction_coefficient_se", "slide_roll_ratio_se"]
-    values = ["first_row", *averaged, "slide_roll_ratio", "traction_coefficient", *errors]
+    averaged_columns = list(dict.fromkeys([*condition_columns, "load_n"]))
+    error_columns = ["traction_coefficient_se", "slide_roll_ratio_se"]
+    columns = [
+        "first_row",
+        *averaged_columns,
+        "slide_roll_ratio",
+        "traction_coefficient",
+        *error_columns,
+    ]
     is_accepted = points["accepted"]
     # names of runs, and columns that no law needs, would take most of the memory
-    accepted = points.loc[is_accepted, points.columns.intersection(values)]
-    number, names = pd.factorize(points.loc[is_accepted, "run_id"])
-    runs = sorted(map(str, names))
-    number_of_run = {run: number for number, run in enumerate(runs)}
-    curve_of_name = np.array([number_of_run[str(name)] for name in names], dtype=np.int64)
-    accepted = accepted.assign(curve=curve_of_name[number]).sort_values(["curve", "first_row"])
+    accepted = points.loc[is_accepted, points.columns.intersection(columns)]
+    name_of_point, distinct_run_ids = pd.factorize(points.loc[is_accepted, "run_id"])
+    run_ids = sorted(map(str, distinct_run_ids))
+    curve_by_run_id = {run: name_of_point for name_of_point, run in enumerate(run_ids)}
+    curve_of_name = np.array(
+        [curve_by_run_id[str(name)] for name in distinct_run_ids], dtype=np.int64
+    )
+    accepted = accepted.assign(curve=curve_of_name[name_of_point]).sort_values(
+        ["curve", "first_row"]
+    )
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
     # arrays have no readings, and so no such columns
-    standard_errors = accepted.reindex(columns=errors)
-    means = accepted.groupby("curve")[averaged].mean()
+    standard_errors = accepted.reindex(columns=error_columns)
+    means = accepted.groupby("curve")[averaged_columns].mean()
     return CurveData(
-        conditions=means[list(conditions)].to_numpy(dtype=float),
+        conditions=means[list(condition_columns)].to_numpy(dtype=float),
         load_n=means["load_n"].to_numpy(dtype=float),
-        curve=accepted["curve"].to_numpy(),
+        curve_of_point=accepted["curve"].to_numpy(),
         slip=side * accepted["slide_roll_ratio"].to_numpy(),
-        runs=runs,
+        run_ids=run_ids,
         mu=side * accepted["traction_coefficient"].to_numpy(),
         mu_se=standard_errors["traction_coefficient_se"].to_numpy(dtype=float),
         slip_se=standard_errors["slide_roll_ratio_se"].to_numpy(dtype=float),
     )
 
 
-def build_problem(law: Law, data: CurveData, varied: BoolArray) -> Problem:
+def build_problem(law: Law, data: CurveData, is_followed_condition: BoolArray) -> Problem:
     """The problem of fitting a law to data in which only some conditions vary.
 
     Args:
         law: The law.
         data: The accepted points.
-        varied: Which conditions of the law the fit follows, shape (conditions,).
+        is_followed_condition: Whether the fit follows each condition of the law, shape
+            (conditions,).
 
     Raises:
         ValueError: A varied condition has a value at which the law has none, or the law cannot
             follow these conditions alone.
     """
-    groups = law.varied_groups(varied)
-    followed_groups = {name for name, follows in zip(law.groups, groups, strict=True) if follows}
-    free = []
+    is_followed_group = law.varied_groups(is_followed_condition)
+    followed_groups = {
+        name for name, follows in zip(law.groups, is_followed_group, strict=True) if follows
+    }
+    is_free = []
     for constant in law.constants:
         # X0 belongs to no condition
         has_effect = constant.condition is None or constant.condition in followed_groups
-        free.append(constant.prescribed is None and has_effect)
-    observations = Observations(law.design(data.conditions, groups), data.curve, data.slip)
-    return Problem(law, data, varied, observations, data.mu, np.array(free))
+        is_free.append(constant.prescribed is None and has_effect)
+    observations = Observations(
+        law.design(data.conditions, is_followed_group), data.curve_of_point, data.slip
+    )
+    return Problem(law, data, is_followed_condition, observations, data.mu, np.array(is_free))

@@ -1,6 +1,7 @@
 """What is known of the runs of an oil before their surface is searched.
 
-The tables `surfaces` and `surface_sizes` hold it, because a surface from them must rest on it too.
+The tables `surfaces` and `surface_sizes` hold it too, so that a surface that is read from them
+rests on the same assumptions.
 
 Decides: which sizes of errors are expected where rigs state some of them.
 """
@@ -38,53 +39,57 @@ class RunAssumptions:
     Attributes:
         level_widths: Largest range of the measured values of one level.
         errors: Expected sizes of the errors of runs and points.
-        usual_errors: Names of the sizes that no rig states, so that they are those of usual rigs.
-        rig_of_runs: Rig of each accepted run, in the order of the names of the runs. One name where
-            all are of one rig; None where the data name no rigs.
+        usual_error_names: Names of the sizes that no rig states. They are taken from usual rigs.
+        rig_name_of_run: Name of the rig of each accepted run, in the order of the names of the
+            runs. A single name where all runs are of one rig; None where the data name no rigs.
     """
 
     level_widths: LevelWidths = field(default_factory=LevelWidths)
     errors: RunErrorSizes = field(default_factory=RunErrorSizes)
-    usual_errors: tuple[str, ...] = tuple(_KEY_OF_SIZE)
-    rig_of_runs: tuple[str, ...] | None = None
+    usual_error_names: tuple[str, ...] = tuple(_KEY_OF_SIZE)
+    rig_name_of_run: tuple[str, ...] | None = None
 
     @classmethod
     def from_settings(
         cls,
         same_condition: SameConditionSettings,
         rigs: Collection[Rig],
-        rig_of_runs: Sequence[str] | None = None,
+        rig_name_of_run: Sequence[str] | None = None,
     ) -> "RunAssumptions":
         """The assumptions of a campaign.
 
         Args:
             same_condition: Config's `same_condition`.
-            rigs: Its rigs. Of several ones the mean square of an error counts.
-            rig_of_runs: As the attribute.
+            rigs: Its rigs. Where there are several, the root mean square of an error counts.
+            rig_name_of_run: As the attribute.
         """
-        usual = RunErrorSizes()
-        expected, not_stated = {}, []
-        for size, key in _KEY_OF_SIZE.items():
-            stated = [getattr(rig.errors_between_runs, key, None) for rig in rigs]
-            if not stated or None in stated:
-                not_stated.append(size)
-            usual_size = getattr(usual, size).median
-            sizes_of_rigs = [usual_size if value is None else value for value in stated]
+        usual_errors = RunErrorSizes()
+        expected_sizes, names_not_stated = {}, []
+        for size_name, key in _KEY_OF_SIZE.items():
+            stated_sizes = [getattr(rig.errors_between_runs, key, None) for rig in rigs]
+            if not stated_sizes or None in stated_sizes:
+                names_not_stated.append(size_name)
+            usual_size = getattr(usual_errors, size_name).median
+            sizes_of_rigs = [usual_size if value is None else value for value in stated_sizes]
             if sizes_of_rigs:
-                expected[size] = float(np.sqrt(np.mean(np.square(sizes_of_rigs))))
-        if rig_of_runs is None:
+                expected_sizes[size_name] = float(np.sqrt(np.mean(np.square(sizes_of_rigs))))
+        if rig_name_of_run is None:
             return cls(
-                _widths_of(same_condition), _errors_with_medians(expected), tuple(not_stated)
+                _widths_of(same_condition),
+                _errors_with_medians(expected_sizes),
+                tuple(names_not_stated),
             )
-        if len(set(rig_of_runs)) > 1:
+        if len(set(rig_name_of_run)) > 1:
             gains = [_gain_by_calibration(rig) for rig in rigs]
             known_gains = [gain for gain in gains if gain is not None]
             if rigs and len(known_gains) == len(rigs):
-                expected[_RIG_GAIN] = float(np.sqrt(np.mean(np.square(known_gains))))
+                expected_sizes[_RIG_GAIN] = float(np.sqrt(np.mean(np.square(known_gains))))
             else:
-                not_stated.append(_RIG_GAIN)
-        errors = _errors_with_medians(expected)
-        return cls(_widths_of(same_condition), errors, tuple(not_stated), tuple(rig_of_runs))
+                names_not_stated.append(_RIG_GAIN)
+        errors = _errors_with_medians(expected_sizes)
+        return cls(
+            _widths_of(same_condition), errors, tuple(names_not_stated), tuple(rig_name_of_run)
+        )
 
     @classmethod
     def from_tables(cls, row: Mapping[str, Any], sizes: pd.DataFrame) -> "RunAssumptions":
@@ -107,27 +112,29 @@ class RunAssumptions:
         )
 
     @property
-    def rigs(self) -> tuple[str, ...]:
+    def rig_names(self) -> tuple[str, ...]:
         """Names of the rigs, in the order of their numbers; empty where the data name none."""
-        return tuple(sorted(set(self.rig_of_runs or ())))
+        return tuple(sorted(set(self.rig_name_of_run or ())))
 
     def columns(self) -> dict[str, Any]:
-        """Columns of the table `surfaces`."""
+        """The assumptions as columns of the table `surfaces`."""
         return {
             "level_width_pressure": self.level_widths.pressure,
             "level_width_speed": self.level_widths.speed,
             "level_width_temperature_k": self.level_widths.temperature_k,
-            "usual_errors": list(self.usual_errors),
-            "rig_of_runs": None if self.rig_of_runs is None else list(self.rig_of_runs),
+            "usual_errors": list(self.usual_error_names),
+            "rig_of_runs": None if self.rig_name_of_run is None else list(self.rig_name_of_run),
         }
 
     def size_rows(self, oil: str) -> list[dict[str, Any]]:
-        """Rows of the table `surface_sizes`."""
+        """The expected sizes as rows of the table `surface_sizes`."""
         rows = []
-        rig_size_names = [_RIG_GAIN] if len(self.rigs) > 1 else []
-        for size in [*_KEY_OF_SIZE, *rig_size_names]:
-            logarithm = float(np.log(getattr(self.errors, size).median))
-            rows.append({"oil": oil, "search": _EXPECTED, "size": size, "logarithm": logarithm})
+        rig_size_names = [_RIG_GAIN] if len(self.rig_names) > 1 else []
+        for size_name in [*_KEY_OF_SIZE, *rig_size_names]:
+            logarithm = float(np.log(getattr(self.errors, size_name).median))
+            rows.append(
+                {"oil": oil, "search": _EXPECTED, "size": size_name, "logarithm": logarithm}
+            )
         return rows
 
 
@@ -152,8 +159,11 @@ def _gain_by_calibration(rig: Rig) -> float | None:
 
 def _errors_with_medians(medians: Mapping[str, float]) -> RunErrorSizes:
     """Usual sizes of errors, with other medians by their names."""
-    usual = RunErrorSizes()
+    usual_errors = RunErrorSizes()
     return replace(
-        usual,
-        **{size: replace(getattr(usual, size), median=value) for size, value in medians.items()},
+        usual_errors,
+        **{
+            size_name: replace(getattr(usual_errors, size_name), median=median)
+            for size_name, median in medians.items()
+        },
     )

@@ -22,14 +22,17 @@ from oilfilm.traction.law import CONDITIONS
 MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
 RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
 _PREDICTED_COLUMNS = (*MU_COLUMNS, "outside", "over_limit")
-# Two levels are one where they differ by no more than this, relative.
+# Largest relative difference of two levels that count as one.
 _SAME_LEVEL = 1e-6
 
 
 def ratio_interval(
-    values: FloatArray, ends: FloatArray, base: FloatArray, base_ends: FloatArray
+    numerator: FloatArray,
+    numerator_ends: FloatArray,
+    denominator: FloatArray,
+    denominator_ends: FloatArray,
 ) -> FloatArray:
-    """Interval of values / base from the intervals of two independent positive numbers.
+    """Interval of a ratio from the intervals of two independent positive numbers.
 
     Limits of the difference of logarithms are d -+ sqrt((x - x_end)^2 + (y - y_end)^2). Each limit
     takes the ends that are farthest apart. Errors that both numbers share, such as the calibration
@@ -38,10 +41,10 @@ def ratio_interval(
     Reference: G. Y. Zou, A. Donner, Stat. Med. 27 (2008) 1693, Eq. 4.
 
     Args:
-        values: Shape (n,).
-        ends: Lower and upper ends of their intervals, shape (2, n).
-        base: Denominator, shape (n,).
-        base_ends: Lower and upper ends of its intervals, shape (2, n).
+        numerator: Numerators, shape (n,).
+        numerator_ends: Lower and upper ends of their intervals, shape (2, n).
+        denominator: Denominators, shape (n,).
+        denominator_ends: Lower and upper ends of their intervals, shape (2, n).
 
     Returns:
         Lower and upper ends, shape (2, n); NaN where a number is unknown or not positive.
@@ -54,10 +57,10 @@ def ratio_interval(
         array([-1.4142,  1.4142])
     """
     with np.errstate(invalid="ignore", divide="ignore"):
-        x = np.log(values)
-        x_ends = np.log(ends)
-        y = np.log(base)
-        y_ends = np.log(base_ends)
+        x = np.log(numerator)
+        x_ends = np.log(numerator_ends)
+        y = np.log(denominator)
+        y_ends = np.log(denominator_ends)
         difference = x - y
     # the ratio is smallest with the lower end of x and the upper end of y
     half_width = np.hypot(x_ends - x, (y_ends - y)[::-1])
@@ -69,7 +72,7 @@ def ratio_interval(
 def middle_of_tested(
     fits: Mapping[str, FittedLaw], given_conditions: Mapping[str, float]
 ) -> dict[str, float]:
-    """Conditions for a comparison: as given, else the middle of the range that all fits tested.
+    """Conditions for a comparison: those given, else the middle of the range that all fits tested.
 
     The middle of pressure, speed and load is that of their logarithms.
 
@@ -84,42 +87,47 @@ def middle_of_tested(
         OilfilmError: The tested ranges of a condition do not overlap, or a given condition is one
             of no law.
     """
-    conditions = list(dict.fromkeys(name for fit in fits.values() for name in fit.law.conditions))
+    condition_names = list(
+        dict.fromkeys(name for fit in fits.values() for name in fit.law.conditions)
+    )
     for name in given_conditions:
-        if name not in conditions:
-            raise OilfilmError(f"no fit takes {name}. The laws take {', '.join(conditions)}.")
+        if name not in condition_names:
+            raise OilfilmError(f"no fit takes {name}. The laws take {', '.join(condition_names)}.")
     return {
         name: given_conditions[name]
         if name in given_conditions
         else _middle_of_condition(fits, name)
-        for name in conditions
+        for name in condition_names
     }
 
 
-def _middle_of_condition(fits: Mapping[str, FittedLaw], condition: str) -> float:
+def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> float:
     """Middle of the range that all fits tested, to three digits."""
     ranges = {
-        label: fit.coefficients.box[fit.law.conditions.index(condition)]
+        label: fit.coefficients.tested_box[fit.law.conditions.index(condition_name)]
         for label, fit in fits.items()
-        if condition in fit.law.conditions
+        if condition_name in fit.law.conditions
     }
-    low = max(smallest for smallest, _ in ranges.values())
-    high = min(largest for _, largest in ranges.values())
-    if not low <= high * (1 + _SAME_LEVEL):
-        tested = "; ".join(
+    lowest = max(smallest for smallest, _ in ranges.values())
+    highest = min(largest for _, largest in ranges.values())
+    if not lowest <= highest * (1 + _SAME_LEVEL):
+        tested_ranges = "; ".join(
             f"{label} {smallest:.4g} to {largest:.4g}"
             for label, (smallest, largest) in ranges.items()
         )
         raise OilfilmError(
-            f"the tested ranges of {condition} do not overlap ({tested}). Say where to compare."
+            f"the tested ranges of {condition_name} do not overlap ({tested_ranges}). "
+            "Say where to compare."
         )
-    middle = (low + high) / 2 if condition in LEAST_MAGNITUDE else np.sqrt(low * high)
+    middle = (
+        (lowest + highest) / 2 if condition_name in LEAST_MAGNITUDE else np.sqrt(lowest * highest)
+    )
     return float(f"{middle:.3g}")
 
 
 def side_by_side(
     fits: Mapping[str, FittedLaw],
-    conditions: Mapping[str, float],
+    value_by_condition: Mapping[str, float],
     slips: Sequence[float] | FloatArray,
     pairs: Mapping[str, OilPair] | None = None,
 ) -> pd.DataFrame:
@@ -130,7 +138,7 @@ def side_by_side(
 
     Args:
         fits: Fits by name.
-        conditions: Conditions of the operating point by their columns' names.
+        value_by_condition: Conditions of the operating point by their columns' names.
         slips: Slide-roll ratios.
         pairs: What the runs say of the ratio of a fit to the first one, by the name of the fit.
 
@@ -143,36 +151,38 @@ def side_by_side(
     slip = np.asarray(slips, dtype=float)
     frames = []
     for label, fit in fits.items():
-        point = np.array([conditions[name] for name in fit.law.conditions])
-        predicted = fit.predict(np.broadcast_to(point, (len(slip), len(point))), slip)
+        operating_point = np.array([value_by_condition[name] for name in fit.law.conditions])
+        prediction = fit.predict(
+            np.broadcast_to(operating_point, (len(slip), len(operating_point))), slip
+        )
         frame = pd.DataFrame({"fit": label, SLIP: slip})
         for column in _PREDICTED_COLUMNS:
-            frame[column] = getattr(predicted, column)
+            frame[column] = getattr(prediction, column)
         frames.append(frame)
     for label, frame in zip(fits, frames, strict=True):
         pair = (pairs or {}).get(label)
-        if pair is not None and isinstance(pair.ratio, RatioSurface):
-            ratio = _ratio_by_runs(pair.ratio, conditions, slip)
+        if pair is not None and isinstance(pair.ratio_or_obstacle, RatioSurface):
+            ratio = _ratio_by_runs(pair.ratio_or_obstacle, value_by_condition, slip)
         else:
             ratio = _ratio_by_laws(frame, frames[0])
         frame[ratio.columns] = ratio
     return pd.concat(frames, ignore_index=True)
 
 
-def _ratio_by_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
+def _ratio_by_laws(frame: pd.DataFrame, first_frame: pd.DataFrame) -> pd.DataFrame:
     """The ratio of two laws with its interval, one row per slip.
 
     Args:
         frame: mu of a fit with its interval, one row per slip.
-        base: The same of the first fit, the denominator.
+        first_frame: mu of the first fit, the denominator, with its interval, one row per slip.
     """
     mu = frame["traction_coefficient"].to_numpy()
-    base_mu = base["traction_coefficient"].to_numpy()
+    first_mu = first_frame["traction_coefficient"].to_numpy()
     ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
-    base_ends = base[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
+    first_ends = first_frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = mu / base_mu
-    lower, upper = ratio_interval(mu, ends, base_mu, base_ends)
+        ratio = mu / first_mu
+    lower, upper = ratio_interval(mu, ends, first_mu, first_ends)
     return pd.DataFrame(
         {
             "ratio": ratio,
@@ -180,30 +190,30 @@ def _ratio_by_laws(frame: pd.DataFrame, base: pd.DataFrame) -> pd.DataFrame:
             "ratio_upper": upper,
             "ratio_of": "laws",
             "ratio_support": Support.SUPPORTED,
-            "ratio_outside": frame["outside"] | base["outside"],
+            "ratio_outside": frame["outside"] | first_frame["outside"],
             "certain": "",
         }
     )
 
 
 def _ratio_by_runs(
-    surface: RatioSurface, conditions: Mapping[str, float], slip: FloatArray
+    ratio_surface: RatioSurface, value_by_condition: Mapping[str, float], slip: FloatArray
 ) -> pd.DataFrame:
     """The ratio by the runs with its interval, one row per slip; nan at rolling."""
-    rows = np.tile([conditions[name] for name in CONDITIONS], (len(slip), 1))
+    condition_rows = np.tile([value_by_condition[name] for name in CONDITIONS], (len(slip), 1))
     # traction is odd in slip, so that a ratio is even; at rolling both mu are 0
     is_rolling = slip == 0
-    predicted = surface.predict(rows, np.where(is_rolling, 1.0, np.abs(slip)))
-    lower, upper = predicted.interval(surface.interval_factors.point)
-    columns = {"ratio": predicted.ratio, "ratio_lower": lower, "ratio_upper": upper}
+    prediction = ratio_surface.predict(condition_rows, np.where(is_rolling, 1.0, np.abs(slip)))
+    lower, upper = prediction.interval(ratio_surface.interval_factors.point)
+    columns = {"ratio": prediction.ratio, "ratio_lower": lower, "ratio_upper": upper}
     frame = pd.DataFrame(columns)
     frame[is_rolling] = np.nan
-    is_known = ~predicted.outside
+    is_known = ~prediction.is_outside
     higher = is_known & (frame["ratio_lower"] > 1)
     lower_than_base = is_known & (frame["ratio_upper"] < 1)
     return frame.assign(
         ratio_of="runs",
-        ratio_support=np.where(is_rolling, Support.SUPPORTED, predicted.support),
-        ratio_outside=predicted.outside & ~is_rolling,
+        ratio_support=np.where(is_rolling, Support.SUPPORTED, prediction.support_codes),
+        ratio_outside=prediction.is_outside & ~is_rolling,
         certain=np.select([higher, lower_than_base], ["higher", "lower"], ""),
     )

@@ -28,15 +28,16 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
 
-# Largest ratio of the sum of squares to that between repeats. Repeats that are copies have a sum of
-# squares of rounding only.
+# Largest ratio of the sum of squares to the sum of squares between repeats. Repeats that are copies
+# of each other differ by rounding only.
 _LARGEST_RATIO = 1e6
-# Measured columns that replace set points that no log states, in the order of `NOMINAL_COLUMNS`.
+# Columns of measured conditions, which replace set points that no log states; in the order of
+# `NOMINAL_COLUMNS`.
 _MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 
 
 def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFrame:
-    """Table `lack_of_fit`: the residuals of each fit, divided into noise and lack of fit.
+    """Table `lack_of_fit`: the residuals of each fit, split into noise and lack of fit.
 
     Args:
         results: Tables `coefficients`, `fit_quality`, `points` and `runs`.
@@ -45,16 +46,18 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
     """
     condition_of_run = _condition_of_run(results, settings)
     rows = []
-    for quality in tables.rows(results.configured.fit_quality):
-        row = {"oil": quality["oil"], "law": quality["law"], "verdict": "no fit"}
-        if not np.isnan(quality["rmse"]):
-            row.update(_lack_of_one_fit(quality, results.configured, condition_of_run, settings))
+    for quality_row in tables.rows(results.configured.fit_quality):
+        row = {"oil": quality_row["oil"], "law": quality_row["law"], "verdict": "no fit"}
+        if not np.isnan(quality_row["rmse"]):
+            row.update(
+                _lack_of_one_fit(quality_row, results.configured, condition_of_run, settings)
+            )
         rows.append(row)
     return tables.filled(pd.DataFrame(rows), "lack_of_fit")
 
 
 def _lack_of_one_fit(
-    quality: dict[str, Any],
+    quality_row: dict[str, Any],
     results: CampaignTables,
     condition_of_run: "pd.Series[int]",
     settings: Settings,
@@ -62,39 +65,43 @@ def _lack_of_one_fit(
     """The columns of `lack_of_fit` of one fit.
 
     Args:
-        quality: The fit's row of `fit_quality`.
+        quality_row: The fit's row of `fit_quality`.
         results: Tables of the configured law.
         condition_of_run: As `_condition_of_run` returns it.
         settings: `same_condition`.
     """
-    oil = quality["oil"]
+    oil = quality_row["oil"]
     fit = FittedLaw.from_tables(results.coefficients, oil, quality=results.fit_quality)
     columns = ["run_id", "accepted", *fit.law.conditions, "slide_roll_ratio"]
     columns += ["traction_coefficient", "traction_coefficient_se"]
     points = results.table("points", columns, oil=oil)
     points_of_fit = points[points["accepted"]]
     # the conditions of a point are the mean conditions of its run, as in the fit
-    means = (
+    mean_conditions = (
         points_of_fit.groupby("run_id")[list(fit.law.conditions)].transform("mean").to_numpy(float)
     )
     slip = points_of_fit["slide_roll_ratio"].to_numpy(float)
     mu = points_of_fit["traction_coefficient"].to_numpy(float)
     side = np.where(slip < 0, -1.0, 1.0)
-    fitted_mu = [part.traction_coefficient for part in fit.predictions(means, slip)]
+    fitted_mu = [
+        prediction.traction_coefficient for prediction in fit.predictions(mean_conditions, slip)
+    ]
     residual = side * (np.concatenate(fitted_mu) - mu)
     has_residual = np.isfinite(residual)
     points_of_fit = points_of_fit[has_residual]
     residual = residual[has_residual]
     slip = slip[has_residual]
     mu = mu[has_residual]
-    condition = points_of_fit["run_id"].map(condition_of_run).to_numpy(np.int64)
-    run, _ = pd.factorize(points_of_fit["run_id"])
-    slip_level_numbers = _level_numbers_within(
-        condition, np.abs(slip), settings.same_condition.slide_roll_ratio
+    condition_of_point = points_of_fit["run_id"].map(condition_of_run).to_numpy(np.int64)
+    run_of_point, _ = pd.factorize(points_of_fit["run_id"])
+    slip_level_of_point = _level_numbers_within(
+        condition_of_point, np.abs(slip), settings.same_condition.slide_roll_ratio
     )
     is_of_oil = results.coefficients["oil"] == oil
-    constants = int(results.coefficients.loc[is_of_oil, "value"].notna().sum())
-    test = lack_of_fit(residual, run, condition, slip_level_numbers, constants)
+    constant_count = int(results.coefficients.loc[is_of_oil, "value"].notna().sum())
+    test = lack_of_fit(
+        residual, run_of_point, condition_of_point, slip_level_of_point, constant_count
+    )
     if np.isnan(test.noise):
         verdict = "no repeats"
     else:
@@ -102,9 +109,9 @@ def _lack_of_one_fit(
     rms_mu = float(np.sqrt(np.mean(mu**2)))
     plateau_rms = np.sqrt((points_of_fit["traction_coefficient_se"] ** 2).mean())
     return {
-        "n_repeats": test.repeats,
-        "n_repeated_conditions": test.conditions,
-        "relative_rms": quality["relative_rms"],
+        "n_repeats": test.repeat_count,
+        "n_repeated_conditions": test.repeated_condition_count,
+        "relative_rms": quality_row["relative_rms"],
         "repeat_relative_rms": test.noise / rms_mu,
         "lack_of_fit_relative_rms": test.form_rms / rms_mu,
         "plateau_relative_rms": plateau_rms / rms_mu,
@@ -114,18 +121,26 @@ def _lack_of_one_fit(
     }
 
 
-def _level_numbers_within(group: IndexArray, values: FloatArray, width: float) -> IndexArray:
-    """Level of each value among the values of its group; a level is no wider than `width`."""
-    level_numbers = np.empty(len(values), dtype=np.int64)
-    by_group = np.argsort(group, kind="stable")
-    begins = np.flatnonzero(np.diff(group[by_group])) + 1
-    for rows in np.split(by_group, begins):
-        level_numbers[rows] = cluster_indices(values[rows], width)
-    return level_numbers
+def _level_numbers_within(
+    group_of_value: IndexArray, values: FloatArray, width: float
+) -> IndexArray:
+    """Index of the level of each value within its group, shape (values,).
+
+    Args:
+        group_of_value: Index of the group of each value, shape (values,).
+        values: The values.
+        width: Largest range of the values of one level.
+    """
+    level_of_value = np.empty(len(values), dtype=np.int64)
+    values_by_group = np.argsort(group_of_value, kind="stable")
+    begins = np.flatnonzero(np.diff(group_of_value[values_by_group])) + 1
+    for value_indices in np.split(values_by_group, begins):
+        level_of_value[value_indices] = cluster_indices(values[value_indices], width)
+    return level_of_value
 
 
 def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series[int]":
-    """Number of the condition of each run, by `run_id`.
+    """Index of the condition of each run, by `run_id`.
 
     Runs have the same condition where oil, rig and set points are the same. Where a set point is
     not stated, the level of the measured mean is used, by the widths of `same_condition`.
@@ -159,17 +174,17 @@ class LackOfFit:
     """Noise and lack of fit, in the unit of the residuals.
 
     Attributes:
-        repeats: Number of runs that repeat the condition of an earlier run.
-        conditions: Number of conditions with several runs.
-        noise: Standard deviation of a point between repeated runs; NaN without repeats.
+        repeat_count: Number of runs that repeat the condition of an earlier run.
+        repeated_condition_count: Number of conditions with several runs.
+        noise: Standard deviation of a point, with the error of its run; NaN without repeats.
         form_rms: Root-mean-square error of the law's form, 0 where the noise explains the
             residuals; NaN without repeats.
         ratio: F, mean square of the lack of fit over that of repeats; NaN without repeats.
         limit: 95 % limit of F where the law's form is right; NaN without repeats.
     """
 
-    repeats: int
-    conditions: int
+    repeat_count: int
+    repeated_condition_count: int
     noise: float
     form_rms: float
     ratio: float
@@ -182,7 +197,11 @@ class LackOfFit:
 
 
 def lack_of_fit(
-    residual: FloatArray, run: IndexArray, condition: IndexArray, slip: IndexArray, constants: int
+    residual: FloatArray,
+    run_of_point: IndexArray,
+    condition_of_point: IndexArray,
+    slip_level_of_point: IndexArray,
+    constant_count: int,
 ) -> LackOfFit:
     """The classical test of lack of fit, for points that share the errors of their run.
 
@@ -200,81 +219,95 @@ def lack_of_fit(
 
     Args:
         residual: Fitted minus measured mu of each point, shape (points,).
-        run: Run of each point, counted from 0.
-        condition: Condition of each point, the same for all points of a run.
-        slip: Level of slip of each point.
-        constants: Number of fitted constants.
+        run_of_point: Index of the run of each point, from 0, shape (points,).
+        condition_of_point: Index of the condition of each point, the same for all points of a run.
+        slip_level_of_point: Index of the level of slip of each point.
+        constant_count: Number of fitted constants.
 
     References: N. R. Draper, H. Smith, Applied Regression Analysis, 3rd ed. (1998), section 2.1;
         S. W. Greenhouse, S. Geisser, Psychometrika 24 (1959) 95.
     """
-    condition_of_run = np.zeros(run.max() + 1, dtype=np.int64)
-    condition_of_run[run] = condition
+    condition_of_run = np.zeros(run_of_point.max() + 1, dtype=np.int64)
+    condition_of_run[run_of_point] = condition_of_point
     runs_of_condition = np.bincount(condition_of_run)
-    repeats = int(np.sum(runs_of_condition[runs_of_condition > 1] - 1))
-    conditions = int(np.sum(runs_of_condition > 1))
-    _, cell = np.unique(np.column_stack([condition, slip]), axis=0, return_inverse=True)
-    pairs, pair = np.unique(np.column_stack([cell, run]), axis=0, return_inverse=True)
+    repeat_count = int(np.sum(runs_of_condition[runs_of_condition > 1] - 1))
+    repeated_condition_count = int(np.sum(runs_of_condition > 1))
+    _, cell_of_point = np.unique(
+        np.column_stack([condition_of_point, slip_level_of_point]), axis=0, return_inverse=True
+    )
+    distinct_pairs, pair_of_point = np.unique(
+        np.column_stack([cell_of_point, run_of_point]), axis=0, return_inverse=True
+    )
     # mean of each run in each cell
-    values = np.bincount(pair, residual) / np.bincount(pair)
-    cell_of_value = pairs[:, 0]
+    mean_residuals = np.bincount(pair_of_point, residual) / np.bincount(pair_of_point)
+    cell_of_value = distinct_pairs[:, 0]
     values_per_cell = np.bincount(cell_of_value)
-    pure_degrees = len(values) - len(values_per_cell)
-    fit_degrees = len(values_per_cell) - constants
+    pure_degrees = len(mean_residuals) - len(values_per_cell)
+    fit_degrees = len(values_per_cell) - constant_count
     if pure_degrees == 0 or fit_degrees <= 0:
         nan = float("nan")
-        return LackOfFit(repeats, conditions, noise=nan, form_rms=nan, ratio=nan, limit=nan)
-    sum_of_cell = np.bincount(cell_of_value, values)
-    sse = float(np.sum(values**2))
+        return LackOfFit(
+            repeat_count, repeated_condition_count, noise=nan, form_rms=nan, ratio=nan, limit=nan
+        )
+    sum_of_cell = np.bincount(cell_of_value, mean_residuals)
+    sse = float(np.sum(mean_residuals**2))
     sse_of_means = float(np.sum(sum_of_cell**2 / values_per_cell))
     pure_sse = max(sse - sse_of_means, sse / _LARGEST_RATIO)
     ratio = sse_of_means / fit_degrees / (pure_sse / pure_degrees)
-    values_per_run = len(values) / len(condition_of_run)
+    values_per_run = len(mean_residuals) / len(condition_of_run)
     limit = scipy.special.fdtri(
         fit_degrees / values_per_run, pure_degrees / values_per_run, CONFIDENCE
     )
-    noise = _between_runs(residual, pair, cell_of_value, cell)
+    noise = _between_runs(residual, pair_of_point, cell_of_value, cell_of_point)
     # the constants have taken up a part of the noise
-    noise_in_residuals = (1 - constants / len(residual)) * noise**2
+    noise_in_residuals = (1 - constant_count / len(residual)) * noise**2
     unexplained = float(np.mean(residual**2)) - noise_in_residuals
     lack = float(np.sqrt(max(unexplained, 0.0)))
-    return LackOfFit(repeats, conditions, noise, lack, ratio, float(limit))
+    return LackOfFit(repeat_count, repeated_condition_count, noise, lack, ratio, float(limit))
 
 
 def _between_runs(
-    residual: FloatArray, pair: IndexArray, cell_of_pair: IndexArray, cell: IndexArray
+    residual: FloatArray,
+    pair_of_point: IndexArray,
+    cell_of_pair: IndexArray,
+    cell_of_point: IndexArray,
 ) -> float:
     """Standard deviation of a point, from differences between runs in one cell.
 
     Args:
         residual: Fitted minus measured mu of each point.
-        pair: Pair of a cell and a run of each point.
-        cell_of_pair: Cell of each pair.
-        cell: Cell of each point.
+        pair_of_point: Index of the pair of a cell and a run of each point, shape (points,).
+        cell_of_pair: Index of the cell of each pair, shape (pairs,).
+        cell_of_point: Index of the cell of each point, shape (points,).
     """
-    within_runs = np.bincount(cell_of_pair, _squared_differences(residual, pair))
-    between_runs = _squared_differences(residual, cell) - within_runs
-    point_pairs_within_runs = np.bincount(cell_of_pair, np.bincount(pair) ** 2)
-    point_pairs_between_runs = (np.bincount(cell) ** 2 - point_pairs_within_runs) / 2
-    runs = np.bincount(cell_of_pair)
-    is_repeated = runs > 1
+    within_runs = np.bincount(cell_of_pair, _squared_differences(residual, pair_of_point))
+    between_runs = _squared_differences(residual, cell_of_point) - within_runs
+    point_pairs_within_runs = np.bincount(cell_of_pair, np.bincount(pair_of_point) ** 2)
+    point_pairs_between_runs = (np.bincount(cell_of_point) ** 2 - point_pairs_within_runs) / 2
+    run_counts = np.bincount(cell_of_pair)
+    is_repeated = run_counts > 1
     variances = between_runs[is_repeated] / (2 * point_pairs_between_runs[is_repeated])
-    return float(np.sqrt(np.average(variances, weights=runs[is_repeated] - 1)))
+    return float(np.sqrt(np.average(variances, weights=run_counts[is_repeated] - 1)))
 
 
-def _squared_differences(values: FloatArray, group: IndexArray) -> FloatArray:
-    """Sum of squared differences over the pairs of each group."""
-    count = np.bincount(group)
-    mean = np.bincount(group, values) / count
-    centred = values - mean[group]
-    return np.asarray(count * np.bincount(group, centred**2), dtype=float)
+def _squared_differences(values: FloatArray, group_of_value: IndexArray) -> FloatArray:
+    """Sum of squared differences over all pairs of values of each group, shape (groups,).
+
+    Args:
+        values: The values, shape (values,).
+        group_of_value: Index of the group of each value, shape (values,).
+    """
+    value_counts = np.bincount(group_of_value)
+    group_means = np.bincount(group_of_value, values) / value_counts
+    centred = values - group_means[group_of_value]
+    return np.asarray(value_counts * np.bincount(group_of_value, centred**2), dtype=float)
 
 
 # ---------------------------------------------------------------- the verdict
 
 
 def with_configured_law(results: CampaignTables, law_name: str) -> CampaignTables:
-    """The tables of every fit, with the mark of those of the configured law.
+    """The tables of every fit, with a mark at the fits of the configured law.
 
     Args:
         results: Table `fit_quality`; no job of a fit knows which law is configured.
@@ -322,30 +355,30 @@ def judged_fits(
         settings: `fit`, `surface` and `steadiness`.
     """
     fits = results.configured
-    quality_of_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
-    lack_verdict = lack_of_fit.set_index("oil")["verdict"]
+    quality_row_by_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
+    lack_verdict_by_oil = lack_of_fit.set_index("oil")["verdict"]
     rows = []
-    for oil, quality in quality_of_oil.items():
+    for oil, quality_row in quality_row_by_oil.items():
         # of one oil at a time: a fit keeps its surface
         fitted = None
-        if np.isfinite(quality["rmse"]):
+        if np.isfinite(quality_row["rmse"]):
             fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
             fitted = replace(fit, read_surface=partial(read_surface, results, oil))
         points = results.table("points", ["run_id", "accepted", "slide_roll_ratio"], oil=oil)
         verdict = verdict_of_fit(
-            quality,
+            quality_row,
             fitted,
             points[points["accepted"]],
             settings,
             runs=results.runs,
-            lack_shown=lack_verdict.get(oil) == "shown",
+            lack_shown=lack_verdict_by_oil.get(oil) == "shown",
         )
-        rows.append({**verdict, "oil": oil, "law": quality["law"]})
+        rows.append({**verdict, "oil": oil, "law": quality_row["law"]})
     return tables.from_rows(rows, "soundness")
 
 
 def verdict_of_fit(
-    quality: Mapping[str, Any],
+    quality_row: Mapping[str, Any],
     fitted: FittedLaw | None,
     points: pd.DataFrame,
     settings: ConfigKeys,
@@ -355,18 +388,18 @@ def verdict_of_fit(
     """The row of the table `soundness` of one fit.
 
     Args:
-        quality: The fit's row of `fit_quality`.
+        quality_row: The fit's row of `fit_quality`.
         fitted: The fit; None where there is none.
         points: Its accepted points.
         settings: `fit`, `surface` and `steadiness`.
         runs: Table of runs; without it no groups of runs are known.
         lack_shown: Whether repeated runs show a lack of fit.
     """
-    no_fit = fitted is None or np.isnan(quality["rmse"])
-    fixed = fixed_from_text(quality["fixed_conditions"])
-    is_condition_missing = any(condition.level is None for condition in fixed)
+    no_fit = fitted is None or np.isnan(quality_row["rmse"])
+    fixed_conditions = fixed_from_text(quality_row["fixed_conditions"])
+    is_condition_missing = any(condition.level is None for condition in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
-    too_few_curves = surface is None or len(surface.runs) < settings.steadiness.curves_min
+    too_few_curves = surface is None or len(surface.run_ids) < settings.steadiness.curves_min
     columns = dict(NO_CHANGE)
     misfit = run_scatter = np.nan
     if fitted is not None and surface is not None:
@@ -384,7 +417,8 @@ def verdict_of_fit(
             "condition missing": is_condition_missing,
             # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
-            "misfit": quality["relative_rms"] > settings.fit.odd_scatter or misfit > largest_misfit,
+            "misfit": quality_row["relative_rms"] > settings.fit.odd_scatter
+            or misfit > largest_misfit,
             "lack of fit": lack_shown,
             "too few curves": too_few_curves,
             # the next run's interval is wide between them; the law's own interval is not
@@ -396,7 +430,7 @@ def verdict_of_fit(
         {"too few curves": no_fit or too_few_curves, "condition missing": is_condition_missing},
         otherwise=columns["campaign_verdict"],
     )
-    optimum_confirmed = bool(quality["certified"])
+    optimum_confirmed = bool(quality_row["certified"])
     is_steady = columns["campaign_verdict"] == "steady"
     return {
         "optimum_confirmed": optimum_confirmed,

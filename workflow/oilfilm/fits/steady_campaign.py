@@ -1,4 +1,4 @@
-"""Whether the runs of a campaign are steady, in the words of tables: runs by name, labels, sizes.
+"""Whether the runs of a campaign are steady, as columns of the table `soundness`.
 
 Decides: the order in which runs were made; what runs have in common; what a change of the rig is
 called.
@@ -31,7 +31,7 @@ from oilfilm.surface.steadiness import (
 from oilfilm.surface.surface import Surface
 from oilfilm.traction.law import CONDITIONS
 
-# Codes of the causes in the table, by the effect of runs that they are.
+# Codes of the causes in the table, by the name of the effect of runs.
 CAUSES = {
     "gain": "traction force",
     "zero": "zero of the force",
@@ -40,10 +40,12 @@ CAUSES = {
 }
 SWAPPED_LABELS = "temperature labels"
 FACTORS = {"speed": "speed factor", "slip": "slip factor"}
-# With a larger slip, or a hotter contact, than the log says, the log reads lower.
+# Effects whose size is that of the truth: with a larger slip or a hotter contact than the log says,
+# the log reads too low.
 _READS_OPPOSITE = ("slip_scale", "temperature_k")
+# Effects whose size is the logarithm of a factor.
 _IN_LOGARITHMS = ("gain", "slip_scale")
-# Rank correlation from which the order of the runs is that of a condition.
+# Rank correlation above which the order of the runs is that of a condition.
 _SAME_ORDER = 0.7
 # Columns of the table of runs whose values runs may have in common.
 _GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
@@ -52,47 +54,56 @@ _NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
 
 @dataclass(frozen=True)
 class MeasuredCampaign:
-    """The surface of an oil, with the runs behind its curves.
+    """The surface of an oil, with the names of the runs behind its curves.
 
     Attributes:
         surface: The surface.
-        runs: Run of each curve of its measurements.
+        run_ids: Name of the run of each curve of its measurements.
         errors: Expected sizes of the errors of the rig.
     """
 
     surface: Surface
-    runs: tuple[str, ...]
+    run_ids: tuple[str, ...]
     errors: RunErrorSizes
 
     @classmethod
     def from_surface(cls, oil_surface: OilSurface) -> "MeasuredCampaign":
         """The campaign behind the surface of an oil."""
-        rows, _ = oil_surface.measurements.canonical_order()
-        runs = tuple(oil_surface.runs[row] for row in rows.tolist())
-        return cls(oil_surface.surface, runs, oil_surface.assumptions.errors)
+        curve_order, _ = oil_surface.measurements.canonical_order()
+        run_ids = tuple(oil_surface.run_ids[curve_index] for curve_index in curve_order.tolist())
+        return cls(oil_surface.surface, run_ids, oil_surface.assumptions.errors)
 
     @property
-    def order(self) -> IndexArray:
+    def position_in_time(self) -> IndexArray:
         """Position in time of each curve, shape (curves,).
 
         No log states when it was made, so the runs are taken in the order of the numbers in their
         names. That is an assumption.
         """
-        by_name = sorted(range(len(self.runs)), key=lambda row: natural_key(self.runs[row]))
-        order = np.empty(len(self.runs), dtype=np.int64)
-        order[by_name] = np.arange(len(self.runs))
-        return order
+        curves_by_name = sorted(
+            range(len(self.run_ids)), key=lambda curve_index: natural_key(self.run_ids[curve_index])
+        )
+        position = np.empty(len(self.run_ids), dtype=np.int64)
+        position[curves_by_name] = np.arange(len(self.run_ids))
+        return position
 
-    def order_resembles(self) -> str:
-        """The condition in whose order the runs were made; empty if there is none."""
-        resemblance = {}
-        for name, column in zip(CONDITIONS, self.surface.measurements.conditions.T, strict=True):
+    def condition_in_order(self) -> str:
+        """Column of the condition in whose order the runs were made; empty if there is none."""
+        correlation_by_condition = {}
+        for condition_name, column in zip(
+            CONDITIONS, self.surface.measurements.conditions.T, strict=True
+        ):
             if np.ptp(column) > 0:
-                resemblance[name] = abs(float(scipy.stats.spearmanr(self.order, column)[0]))
-        if not resemblance:
+                correlation_by_condition[condition_name] = abs(
+                    float(scipy.stats.spearmanr(self.position_in_time, column)[0])
+                )
+        if not correlation_by_condition:
             return ""
-        name = max(resemblance, key=lambda name: resemblance[name])
-        return name if resemblance[name] > _SAME_ORDER else ""
+        condition_name = max(
+            correlation_by_condition,
+            key=lambda condition_name: correlation_by_condition[condition_name],
+        )
+        return condition_name if correlation_by_condition[condition_name] > _SAME_ORDER else ""
 
     def relative_rms(self, log_mu_change: FloatArray) -> float:
         """Root-mean-square change of mu over that of mu.
@@ -104,7 +115,7 @@ class MeasuredCampaign:
         return float(np.sqrt(np.mean((mu * log_mu_change) ** 2) / np.mean(mu**2)))
 
     def design(self) -> FloatArray:
-        """Change of ln mu at each point by a unit of each effect, shape (points, effects)."""
+        """Derivative of ln mu with respect to each effect, shape (points, effects)."""
         measured = self.surface.measurements
         return effect_design(self.surface.log_mu, measured.point_conditions, measured.slip)
 
@@ -135,21 +146,25 @@ def _in_logarithms(sizes: ChangeSizeSettings) -> ChangeSizes:
 
 
 def change_columns(
-    campaign: MeasuredCampaign, groups: Mapping[str, set[str]], settings: SteadinessSettings
+    campaign: MeasuredCampaign,
+    run_ids_by_label: Mapping[str, set[str]],
+    settings: SteadinessSettings,
 ) -> dict[str, Any]:
-    """The columns of table `soundness` on the campaign.
+    """The columns of the table `soundness` that tell whether the campaign is steady.
 
     Args:
         campaign: The surface and its runs.
-        groups: Runs that have something in common, by what it is.
+        run_ids_by_label: Names of the runs that have something in common, by what it is.
         settings: When a change is named.
     """
     limits = limits_of(settings)
-    covariance, order = campaign.surface.misfit_covariance, campaign.order
-    labels = {name: np.isin(campaign.runs, list(runs)) for name, runs in groups.items()}
-    change = largest_change(covariance, order, labels, limits)
+    covariance, position_in_time = campaign.surface.misfit_covariance, campaign.position_in_time
+    members_by_label = {
+        name: np.isin(campaign.run_ids, list(runs)) for name, runs in run_ids_by_label.items()
+    }
+    change = largest_change(covariance, position_in_time, members_by_label, limits)
     swap = swapped_temperatures(campaign.surface, campaign.errors, limits)
-    misreading = misread_runs(campaign.surface, labels, campaign.errors, limits)
+    misreading = misread_runs(campaign.surface, members_by_label, campaign.errors, limits)
     alarms: list[tuple[float, dict[str, Any]]] = []
     if change is not None and change.is_alarm:
         alarms.append((change.score, _change_columns(campaign, change)))
@@ -159,23 +174,26 @@ def change_columns(
         alarms.append((misreading.score, _misreading_columns(campaign, misreading)))
     columns = dict(NO_CHANGE)
     if alarms:
-        largest = int(first_largest([score for score, _ in alarms]))
-        _, alarm_columns = alarms[largest]
+        largest_alarm = int(first_largest([score for score, _ in alarms]))
+        _, alarm_columns = alarms[largest_alarm]
         columns.update(alarm_columns)
     else:
-        smallest = smallest_changes(covariance, order, limits)
-        for course, sizes in (("trend", smallest.trend), ("step", smallest.step)):
-            for effect, size in sizes.items():
+        smallest_visible = smallest_changes(covariance, position_in_time, limits)
+        for course, size_by_effect in (
+            ("trend", smallest_visible.trend),
+            ("step", smallest_visible.step),
+        ):
+            for effect_name, size in size_by_effect.items():
                 # a change that no rig has is no cause
-                if size <= limits.largest.size_of(effect):
-                    relative = effect in _IN_LOGARITHMS
-                    seen_size = float(np.expm1(size)) if relative else size
-                    columns[f"seen_{course}_{effect}"] = seen_size
-        columns["order_resembles"] = campaign.order_resembles()
+                if size <= limits.largest.size_of(effect_name):
+                    is_relative = effect_name in _IN_LOGARITHMS
+                    seen_size = float(np.expm1(size)) if is_relative else size
+                    columns[f"seen_{course}_{effect_name}"] = seen_size
+        columns["order_resembles"] = campaign.condition_in_order()
     return columns
 
 
-# The columns on the campaign where nothing was found, or nothing could be looked for.
+# The same columns where no change was found, or none could be looked for.
 NO_CHANGE: dict[str, Any] = {
     "campaign_verdict": "steady",
     "change": "",
@@ -191,18 +209,22 @@ NO_CHANGE: dict[str, Any] = {
 
 def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any]:
     """The columns of a change of the rig."""
-    size = -change.size if change.effect in _READS_OPPOSITE else change.size
-    if change.effect in _IN_LOGARITHMS:
+    size = -change.size if change.effect_name in _READS_OPPOSITE else change.size
+    if change.effect_name in _IN_LOGARITHMS:
         size = float(np.expm1(size))
     is_suspect = change.pattern > 0.5
     in_all_runs = change.kind in ("trend", "season")
-    number = EFFECTS.index(change.effect)
-    measured = campaign.surface.measurements
-    log_mu_change = campaign.design()[:, number] * change.size * change.pattern[measured.curve]
+    effect_index = EFFECTS.index(change.effect_name)
+    measurements = campaign.surface.measurements
+    log_mu_change = (
+        campaign.design()[:, effect_index]
+        * change.size
+        * change.pattern[measurements.curve_of_point]
+    )
     return {
         "campaign_verdict": "changed",
-        "change": CAUSES[change.effect],
-        "change_course": _course(change.kind, is_suspect, campaign.order),
+        "change": CAUSES[change.effect_name],
+        "change_course": _course(change.kind, is_suspect, campaign.position_in_time),
         "change_group": change.label,
         "changed_runs": () if in_all_runs else _names_in_time(campaign, is_suspect),
         "change_size": size,
@@ -210,27 +232,27 @@ def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any
     }
 
 
-def _course(kind: str, is_suspect: BoolArray, order: IndexArray) -> str:
+def _course(kind: str, is_suspect: BoolArray, position_in_time: IndexArray) -> str:
     """Code of the course of a change over the runs."""
     if kind in ("trend", "season"):
         return kind
     if kind == "label":
         return "group"
     if kind == "step":
-        return "from" if is_suspect[np.argmax(order)] else "until"
+        return "from" if is_suspect[np.argmax(position_in_time)] else "until"
     return "some runs"
 
 
 def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]:
     """The columns of exchanged temperatures; their size is the largest difference."""
     surface = campaign.surface
-    measured = surface.measurements
-    conditions = measured.conditions.copy()
-    conditions[swap.rows, 2] = swap.temperatures_c
-    differences = conditions[:, 2] - measured.conditions[:, 2]
-    as_labelled = surface.log_mu(measured.point_conditions, measured.slip)
-    as_exchanged = surface.log_mu(conditions[measured.curve], measured.slip)
-    is_suspect = np.isin(np.arange(len(conditions)), swap.rows)
+    measurements = surface.measurements
+    conditions = measurements.conditions.copy()
+    conditions[swap.curve_indices, 2] = swap.temperatures_c
+    differences = conditions[:, 2] - measurements.conditions[:, 2]
+    as_labelled = surface.log_mu(measurements.point_conditions, measurements.slip)
+    as_exchanged = surface.log_mu(conditions[measurements.curve_of_point], measurements.slip)
+    is_suspect = np.isin(np.arange(len(conditions)), swap.curve_indices)
     return {
         "campaign_verdict": "changed",
         "change": SWAPPED_LABELS,
@@ -244,28 +266,30 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
 def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> dict[str, Any]:
     """The columns of a quantity that is read too large by a factor."""
     surface = campaign.surface
-    measured, corrected = surface.measurements, misreading.put_right(surface.measurements)
-    as_read = surface.log_mu(measured.point_conditions, measured.slip)
-    put_right = surface.log_mu(corrected.point_conditions, corrected.slip)
+    measurements, corrected = surface.measurements, misreading.corrected(surface.measurements)
+    as_read = surface.log_mu(measurements.point_conditions, measurements.slip)
+    as_corrected = surface.log_mu(corrected.point_conditions, corrected.slip)
     return {
         "campaign_verdict": "changed",
         "change": FACTORS[misreading.quantity],
         "change_course": "group" if misreading.label else "some runs",
         "change_group": misreading.label,
-        "changed_runs": _names_in_time(campaign, misreading.members),
+        "changed_runs": _names_in_time(campaign, misreading.is_misread),
         "change_size": misreading.factor,
-        "change_relative_rms": campaign.relative_rms(put_right - as_read),
+        "change_relative_rms": campaign.relative_rms(as_corrected - as_read),
     }
 
 
 def _names_in_time(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[str, ...]:
     """Names of some runs in their order in time."""
-    by_time = np.argsort(campaign.order)
-    return tuple(campaign.runs[row] for row in by_time if is_suspect[row])
+    curves_by_time = np.argsort(campaign.position_in_time)
+    return tuple(
+        campaign.run_ids[curve_index] for curve_index in curves_by_time if is_suspect[curve_index]
+    )
 
 
 def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
-    """Runs that have something in common, by what it is.
+    """Names of the runs that have something in common, by what it is.
 
     Runs may share the rig, the kind and format of the log, a column, an entry of the header or of
     the run sheet, a stated set point, or the sign of the slip.
@@ -274,20 +298,22 @@ def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[st
         runs: Table of runs.
         points: Accepted points of an oil.
     """
-    groups: dict[str, set[str]] = {}
+    run_ids_by_label: dict[str, set[str]] = {}
     for column in _GROUP_COLUMNS:
         for value, runs_with_value in runs.groupby(column):
-            groups[f"{column} {value}"] = set(runs_with_value["run_id"])
+            run_ids_by_label[f"{column} {value}"] = set(runs_with_value["run_id"])
     for column, label in (("columns", "the column "), ("stated", "")):
         entries = runs.set_index("run_id")[column].explode().dropna()
         for entry, runs_with_entry in entries.groupby(entries):
             if entry and len(runs_with_entry) < len(runs):
-                groups[f"{label}{entry}"] = set(runs_with_entry.index)
+                run_ids_by_label[f"{label}{entry}"] = set(runs_with_entry.index)
     for name, set_points in runs.items():
         match = _NOMINAL.match(str(name))
         if match is not None:
             quantity = match[1].replace("_", " ")
-            groups[f"set point of {quantity} stated"] = set(runs.loc[set_points.notna(), "run_id"])
+            run_ids_by_label[f"set point of {quantity} stated"] = set(
+                runs.loc[set_points.notna(), "run_id"]
+            )
     largest_slip = points.groupby("run_id")["slide_roll_ratio"].max()
-    groups["slip below zero"] = set(largest_slip.index[largest_slip <= 0])
-    return groups
+    run_ids_by_label["slip below zero"] = set(largest_slip.index[largest_slip <= 0])
+    return run_ids_by_label

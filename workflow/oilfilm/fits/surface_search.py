@@ -1,4 +1,4 @@
-"""The search of the surface of an oil, as tables.
+"""The search of the surface of an oil, whose result is tables.
 
 Decides: which law a surface stands on; when no law fits.
 """
@@ -59,8 +59,8 @@ def surface_of_oil(
     basis = _basis_of_surface(results, oil, settings, rigs)
     if basis is None:
         return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
-    name, law, measurements, assumptions = basis
-    return searched_surface(oil, name, law, measurements, settings.surface, assumptions)
+    law_name, law, measurements, assumptions = basis
+    return searched_surface(oil, law_name, law, measurements, settings.surface, assumptions)
 
 
 def _basis_of_surface(
@@ -77,24 +77,24 @@ def _basis_of_surface(
         rigs: The rigs of the campaign.
     """
     points = results.table("points", CURVE_POINTS, oil=oil)
-    rig_of_runs = _rig_of_runs(points, results.table("runs", ["run_id", "rig"]))
-    assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_of_runs)
+    rig_name_of_run = _rig_of_runs(points, results.table("runs", ["run_id", "rig"]))
+    assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_name_of_run)
     contact = Contact.from_points(points[points["accepted"]])
-    for name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
-        fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[name])
+    for law_name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
+        fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[law_name])
         constants = fit.coefficients.constants
         if not contact.has_surface(fit.law) or np.isnan(constants).any():
             continue
-        law = free_law(fit.law, constants, fit.coefficients.followed, contact)
-        runs, measurements = usable_measurements(points, law, contact, assumptions)
-        if len(runs) < settings.surface.fewest_curves:
+        law = free_law(fit.law, constants, fit.coefficients.is_followed_group, contact)
+        run_ids, measurements = usable_measurements(points, law, contact, assumptions)
+        if len(run_ids) < settings.surface.fewest_curves:
             break
-        return name, law, measurements, assumptions
+        return law_name, law, measurements, assumptions
     return None
 
 
 def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:
-    """Rigs of the accepted runs, as `RunAssumptions` has them; None if none is named.
+    """Names of the rigs of the accepted runs, as `RunAssumptions` has them; None if none is named.
 
     Args:
         points: The oil's rows of the table of points.
@@ -102,10 +102,10 @@ def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:
     """
     if runs.empty:
         return None
-    rig_of_run = dict(zip(runs["run_id"].astype(str), runs["rig"], strict=True))
-    accepted = sorted(points.loc[points["accepted"], "run_id"].astype(str).unique())
-    rigs = [rig_of_run[run] for run in accepted]
-    return rigs if len(set(rigs)) > 1 else rigs[:1]
+    rig_by_run_id = dict(zip(runs["run_id"].astype(str), runs["rig"], strict=True))
+    accepted_run_ids = sorted(points.loc[points["accepted"], "run_id"].astype(str).unique())
+    rig_names = [rig_by_run_id[run_id] for run_id in accepted_run_ids]
+    return rig_names if len(set(rig_names)) > 1 else rig_names[:1]
 
 
 def with_surface(
@@ -126,11 +126,11 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
     by_error = quality.sort_values("left_out_rmse", kind="stable", na_position="last")
     verdicts = best_laws(results.replace(fit_quality=quality), bic_difference_min)
     (verdict,) = tables.rows(verdicts)
-    ties = verdict["left_out_ties"] or ()
-    preferred = [verdict["law"]] if verdict["law"] in ties or not ties else []
-    for name in dict.fromkeys([*preferred, *ties, *by_error["law"]]):
-        if name in LAWS:
-            yield name
+    tied_names = verdict["left_out_ties"] or ()
+    preferred_names = [verdict["law"]] if verdict["law"] in tied_names or not tied_names else []
+    for law_name in dict.fromkeys([*preferred_names, *tied_names, *by_error["law"]]):
+        if law_name in LAWS:
+            yield law_name
 
 
 def searched_surface(
@@ -164,17 +164,17 @@ def searched_surface(
     sizes = most_likely_surface(measurements, surface_law, errors)
     surface = surface_of_sizes(measurements, surface_law, errors, sizes, limits)
     factors = surface.interval_factors
-    predicted = surface.predict(measurements.point_conditions, measurements.slip)
+    prediction = surface.predict(measurements.point_conditions, measurements.slip)
     mu_of_law = np.exp(surface_law.log_mu(measurements.point_conditions, measurements.slip))
-    misfit = float(np.linalg.norm(mu_of_law - predicted.mu) / np.linalg.norm(predicted.mu))
+    misfit = float(np.linalg.norm(mu_of_law - prediction.mu) / np.linalg.norm(prediction.mu))
     effect_sizes = dict(zip(EFFECTS, np.exp(sizes.misfit)[: len(EFFECTS)].tolist(), strict=True))
     effect_slopes = effect_design(surface.log_mu, measurements.point_conditions, measurements.slip)
     log_scatter = np.linalg.norm(effect_slopes * list(effect_sizes.values()), axis=1)
-    run_scatter = float(np.linalg.norm(predicted.mu * log_scatter) / np.linalg.norm(predicted.mu))
+    run_scatter = float(np.linalg.norm(prediction.mu * log_scatter) / np.linalg.norm(prediction.mu))
     row = {
         "oil": oil,
         "law": law_name,
-        "n_conditions": int(measurements.condition_numbers().max()) + 1,
+        "n_conditions": int(measurements.condition_of_curve().max()) + 1,
         "interval_level": factors.level,
         "point_factor": factors.point,
         "curve_factor": factors.curve,
@@ -206,14 +206,16 @@ def searched_surface(
 def _sd_on_own_rigs(surface: Surface) -> FloatArray:
     """Standard deviation of ln mu in the next run at the measured points, on the rig of each."""
     measurements = surface.measurements
-    if measurements.rig is None:
+    if measurements.rig_of_curve is None:
         return surface.predict(measurements.point_conditions, measurements.slip).next_run_sd
-    deviations = []
-    for rig in np.unique(measurements.rig).tolist():
-        points_of_rig = measurements.select_points(measurements.rig[measurements.curve] == rig)
-        on_rig = surface.predict(points_of_rig.point_conditions, points_of_rig.slip, rig)
-        deviations.append(on_rig.next_run_sd)
-    return np.concatenate(deviations)
+    standard_deviations = []
+    for rig_number in np.unique(measurements.rig_of_curve).tolist():
+        points_of_rig = measurements.select_points(
+            measurements.rig_of_curve[measurements.curve_of_point] == rig_number
+        )
+        on_rig = surface.predict(points_of_rig.point_conditions, points_of_rig.slip, rig_number)
+        standard_deviations.append(on_rig.next_run_sd)
+    return np.concatenate(standard_deviations)
 
 
 def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
@@ -222,8 +224,8 @@ def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
     for search in SEARCHES:
         logarithms = getattr(sizes, search).tolist()
         names = size_names(tells_rigs_apart=len(logarithms) > len(size_names()))
-        for size, logarithm in zip(names, logarithms, strict=True):
-            rows.append({"oil": oil, "search": search, "size": size, "logarithm": logarithm})
+        for size_name, logarithm in zip(names, logarithms, strict=True):
+            rows.append({"oil": oil, "search": search, "size": size_name, "logarithm": logarithm})
     return rows
 
 
@@ -235,11 +237,11 @@ def _constant_rows(
     Constants of a law that does not fit describe the plan of the tests, and have no errors.
     """
     internal = surface_law.constants.copy()
-    internal[surface_law.free] = verdict.constants
+    internal[surface_law.is_free] = verdict.constants
     constants = to_constants(surface_law.law, internal)
     errors = np.full(len(constants), np.nan)
     if law_fits:
-        errors[surface_law.free] = verdict.standard_errors
+        errors[surface_law.is_free] = verdict.standard_errors
     rows = []
     for constant, value, error in zip(surface_law.law.constants, constants, errors, strict=True):
         # the internal form of a factor is its logarithm
@@ -247,4 +249,4 @@ def _constant_rows(
         standard_error = float(error_factor * error)
         row = {"oil": oil, "law": law_name, "constant": constant.name, "value": float(value)}
         rows.append({**row, "standard_error": standard_error})
-    return [row for row, is_free in zip(rows, surface_law.free, strict=True) if is_free]
+    return [row for row, is_free in zip(rows, surface_law.is_free, strict=True) if is_free]

@@ -16,7 +16,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 # Beginning of the warning that a rig spins.
 _RIG_SPIN = "rig_spin:"
-# What a size of `usual_errors` is, in words.
+# Meaning of each name in the column `usual_errors`.
 _ERRORS = {
     "gain": "traction force",
     "zero": "zero of the force",
@@ -27,46 +27,48 @@ _ERRORS = {
 }
 
 
-def surface_sentences(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
+def surface_sentences(
+    results: CampaignTables, oil: str, soundness_row: Mapping[str, Any]
+) -> list[str]:
     """Misfit, steadiness, search, errors of constants and what was assumed, in sentences.
 
     Args:
         results: Tables `surfaces`, `surface_constants` and `coefficients`.
         oil: The oil; without a surface there is nothing to say.
-        verdict: Its row of the table `soundness`.
+        soundness_row: Its row of the table `soundness`.
     """
     surfaces = tables.rows(results.surfaces[results.surfaces["oil"] == oil])
     if not surfaces:
         return []
-    (surface,) = surfaces
+    (surface_row,) = surfaces
     sentences = [
-        misfit_beside_scatter(verdict["misfit"], verdict["run_scatter"]),
-        smallest_visible_changes(verdict),
-        end_of_search(surface["search_converged"]),
+        misfit_beside_scatter(soundness_row["misfit"], soundness_row["run_scatter"]),
+        smallest_visible_changes(soundness_row),
+        end_of_search(surface_row["search_converged"]),
         _errors_of_constants(results, oil),
-        _assumed_errors(surface["usual_errors"]),
-        rigs_sentence(surface["rig_of_runs"], surface["rig_gain_sd"]),
+        _assumed_errors(surface_row["usual_errors"]),
+        rigs_sentence(surface_row["rig_of_runs"], surface_row["rig_gain_sd"]),
     ]
     return [sentence for sentence in sentences if sentence]
 
 
-def rigs_sentence(rig_of_runs: Sequence[str] | None, rig_gain_sd: float) -> str:
+def rigs_sentence(rig_name_of_run: Sequence[str] | None, rig_gain_sd: float) -> str:
     """What an interval knows of rigs; empty where all accepted runs are of one rig.
 
     Args:
-        rig_of_runs: Rig of each accepted run; None where the data name no rigs.
+        rig_name_of_run: Name of the rig of each accepted run; None where the data name no rigs.
         rig_gain_sd: Standard deviation of the gain of a rig, relative; NaN where rigs are not told
             apart.
     """
-    if rig_of_runs is None:
+    if rig_name_of_run is None:
         return (
             "The data name no rigs: all runs count as those of one rig, on which the next one is."
         )
-    rigs = len(set(rig_of_runs))
-    if rigs < 2 or np.isnan(rig_gain_sd):
+    rig_count = len(set(rig_name_of_run))
+    if rig_count < 2 or np.isnan(rig_gain_sd):
         return ""
     return (
-        f"The runs are of {rigs} rigs, whose forces differ by {rig_gain_sd:.1%} (standard "
+        f"The runs are of {rig_count} rigs, whose forces differ by {rig_gain_sd:.1%} (standard "
         "deviation; where each rig ran other conditions, this is in part what rigs usually differ "
         "by). The interval is that of a run on one of these rigs. For another rig it is wider: "
         "oilfilm predict --rig another."
@@ -84,34 +86,37 @@ def spin_sentence(runs: pd.DataFrame, oil: str) -> str:
     """
     spins = runs["warning"].map(lambda warnings: any(w.startswith(_RIG_SPIN) for w in warnings))
     runs_of_oil = runs[(runs["oil"] == oil) & (runs["verdict"] == "accepted")]
-    rigs = sorted(set(runs.loc[spins.astype(bool), "rig"]) & set(runs_of_oil["rig"]))
-    if not rigs:
+    rig_names = sorted(set(runs.loc[spins.astype(bool), "rig"]) & set(runs_of_oil["rig"]))
+    if not rig_names:
         return ""
     return (
-        f"The interval does not contain the spin of {', '.join(rigs)}, which lowers mu by more "
-        "than 1 % at the lowest slips (warning rig_spin). The spin is no scatter: the next run on "
-        "the rig has the same. A contact without spin, as in a bearing, has more traction there."
+        f"The interval does not contain the spin of {', '.join(rig_names)}, which lowers mu by "
+        "more than 1 % at the lowest slips (warning rig_spin). The spin is no scatter: the next "
+        "run on the rig has the same. A contact without spin, as in a bearing, has more traction "
+        "there."
     )
 
 
-def next_rig_sentences(surface: OilSurface, rig: str | None) -> list[str]:
+def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[str]:
     """On which rig the next run is, where the runs are of several rigs: a sentence or none.
 
     Args:
-        surface: The surface of an oil.
-        rig: Rig of the next run; None for one of the rigs of the runs.
+        oil_surface: The surface of an oil.
+        rig_name: Name of the rig of the next run; None for one of the rigs of the runs.
     """
-    names = surface.rigs
-    if not names:
+    rig_names = oil_surface.rig_names
+    if not rig_names:
         return []
-    if rig is None:
-        return [f"the next run is on one of the rigs {', '.join(names)} (--rig for one of them)"]
-    if rig == ANOTHER:
+    if rig_name is None:
         return [
-            f"the next run is on another rig: {len(names)} rigs show what rigs differ by, so that "
-            f"its gain follows Student's t with {len(names) - 1} degrees of freedom"
+            f"the next run is on one of the rigs {', '.join(rig_names)} (--rig for one of them)"
         ]
-    return [f"the next run is on the rig {rig}"]
+    if rig_name == ANOTHER:
+        return [
+            f"the next run is on another rig: {len(rig_names)} rigs show what rigs differ by, so "
+            f"that its gain follows Student's t with {len(rig_names) - 1} degrees of freedom"
+        ]
+    return [f"the next run is on the rig {rig_name}"]
 
 
 def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
@@ -159,13 +164,13 @@ def _errors_of_constants(results: CampaignTables, oil: str) -> str:
     )
 
 
-def _assumed_errors(usual_errors: list[str]) -> str:
+def _assumed_errors(usual_error_names: list[str]) -> str:
     """Which errors between runs the files of rigs do not state."""
-    if not usual_errors:
+    if not usual_error_names:
         return ""
-    names = ", ".join(_ERRORS[size] for size in usual_errors)
+    names = ", ".join(_ERRORS[size] for size in usual_error_names)
     keys = "errors_between_runs"
-    if "rig_gain" in usual_errors:
+    if "rig_gain" in usual_error_names:
         keys += "; calibration for the difference of rigs"
     return (
         f"Errors between runs that the rig's file does not state are assumed as on usual rigs: "

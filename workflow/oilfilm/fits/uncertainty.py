@@ -15,50 +15,55 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 
-# Relative decrease of the SSE at which a refit ends: a refit is one draw of a spread, and further
-# digits are never seen.
+# Relative decrease of the SSE at which a refit ends. A refit is one draw from a distribution:
+# further digits would not show.
 _REFIT_TOLERANCE = 1e-8
-# The same of a descent with one constant held, for a profile.
+# Relative decrease of the SSE at which a descent for a profile ends, with one constant held.
 _PROFILE_TOLERANCE = 1e-7
 _DRAWS_PER_BATCH = 100
-# A curve that alone decides a direction has no residual there: its leverage is cut off here.
+# Largest leverage of a curve that is taken. A curve that alone decides a direction of the constants
+# has the leverage 1 and no residual there.
 _LARGEST_LEVERAGE = 1 - 1e-6
 # Values at which a profile holds each constant, in naive standard errors from its optimum.
 _PROFILE_LEVELS = np.array([-4.0, -3.0, -2.0, -1.5, -1.0, -0.5, 0.5, 1.0, 1.5, 2.0, 3.0, 4.0])
-# Sensors in the order of the refits by their calibration.
+# Names of the sensors, in the order of the refits by their calibration.
 SENSORS = ("load", "traction force", "entrainment speed", "inlet temperature")
 
 
 @dataclass(frozen=True)
 class Estimates:
-    """Fitted quantities with their uncertainties.
+    """Fitted quantities, as the free constants, with their uncertainties.
 
     Attributes:
         values: The quantities at the optimum, shape (n,).
-        naive: Their covariance if all points had independent errors, shape (n, n).
+        naive_covariance: Covariance of the quantities if all points had independent errors, shape
+            (n, n).
         refits: The quantities in each refit of the bootstrap over curves, or drawn from the
             cluster-robust covariance; shape (refits, n).
-        shifted: The quantities refitted with one sensor off by its calibration's standard
+        shifted_refits: The quantities refitted with one sensor off by its calibration's standard
             uncertainty, one row per sensor, shape (sensors, n); no rows where the uncertainty is
             not known.
     """
 
     values: FloatArray
-    naive: FloatArray
+    naive_covariance: FloatArray
     refits: FloatArray
-    shifted: FloatArray
+    shifted_refits: FloatArray
 
     @property
     def random_covariance(self) -> FloatArray:
         """Covariance of the refits, shape (n, n); NaN where there are none."""
         if not len(self.refits):
-            return np.full_like(self.naive, np.nan)
+            return np.full_like(self.naive_covariance, np.nan)
         return np.atleast_2d(np.cov(self.refits, rowvar=False))
 
     @property
     def correlation(self) -> FloatArray:
-        """Correlation matrix of the refits; of `naive` where there are none, NaN without spread."""
-        covariance = self.random_covariance if len(self.refits) else self.naive
+        """Correlation matrix of the refits, or that of `naive_covariance` where there are none.
+
+        NaN for a quantity without spread.
+        """
+        covariance = self.random_covariance if len(self.refits) else self.naive_covariance
         variances = np.diag(covariance)
         errors = np.sqrt(np.where(variances > 0, variances, np.nan))
         return np.asarray(covariance / np.outer(errors, errors))
@@ -70,9 +75,9 @@ class Estimates:
         slopes = np.where(problem.signs, values, 1.0)
         return Estimates(
             values=values,
-            naive=self.naive * np.outer(slopes, slopes),
+            naive_covariance=self.naive_covariance * np.outer(slopes, slopes),
             refits=problem.reported(self.refits),
-            shifted=problem.reported(self.shifted),
+            shifted_refits=problem.reported(self.shifted_refits),
         )
 
 
@@ -87,18 +92,18 @@ def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
         Shape (free, free). NaN where the data leave no degree of freedom or the Jacobian is
         singular.
     """
-    jacobian = problem.jacobian(optimum.values)
-    points, constants = jacobian.shape
-    residual_freedom = points - constants
-    if residual_freedom <= 0 or np.linalg.matrix_rank(jacobian) < constants:
-        return np.full((constants, constants), np.nan)
-    _, upper = np.linalg.qr(jacobian)
-    inverse = np.linalg.inv(upper)
-    return np.asarray(optimum.sse / residual_freedom * inverse @ inverse.T)
+    jacobian = problem.jacobian(optimum.constants)
+    point_count, constant_count = jacobian.shape
+    residual_freedom = point_count - constant_count
+    if residual_freedom <= 0 or np.linalg.matrix_rank(jacobian) < constant_count:
+        return np.full((constant_count, constant_count), np.nan)
+    _, triangle = np.linalg.qr(jacobian)
+    inverse_triangle = np.linalg.inv(triangle)
+    return np.asarray(optimum.sse / residual_freedom * inverse_triangle @ inverse_triangle.T)
 
 
 def curve_bootstrap(
-    problem: Problem, optimum: Optimum, refits: int, random: np.random.Generator
+    problem: Problem, optimum: Optimum, refit_count: int, random: np.random.Generator
 ) -> FloatArray:
     """Refits of the bootstrap over curves: whole curves are resampled with replacement.
 
@@ -108,7 +113,7 @@ def curve_bootstrap(
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        refits: Number of refits.
+        refit_count: Number of refits.
         random: Draws the curves.
 
     Returns:
@@ -116,9 +121,9 @@ def curve_bootstrap(
 
     Reference: B. Efron, R. J. Tibshirani, An Introduction to the Bootstrap (1993), chapter 8.
     """
-    draws = draw_curves(problem.observations.design, refits, random)
-    weights = draws.astype(float)
-    starts = np.tile(optimum.values, (refits, 1))
+    curve_counts = draw_curves(problem.observations.design, refit_count, random)
+    weights = curve_counts.astype(float)
+    starts = np.tile(optimum.constants, (refit_count, 1))
     ends, _ = descend(
         problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, starts_near_ends=True
     )
@@ -141,29 +146,31 @@ def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
 
 
 def _root_of_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
-    """What each curve adds to the root of `robust_covariance`, shape (free, curves)."""
-    orthonormal, upper = np.linalg.qr(problem.jacobian(optimum.values))
-    residual = problem.residual(optimum.values)
+    """R with R R^T = `robust_covariance`, one column per curve, shape (free, curves)."""
+    orthonormal, triangle = np.linalg.qr(problem.jacobian(optimum.constants))
+    residual = problem.residual(optimum.constants)
     scores = []
-    for first, length in zip(problem.starts, problem.lengths, strict=True):
-        points = slice(first, first + length)
+    for first_point, point_count in zip(
+        problem.first_point_of_curve, problem.point_counts, strict=True
+    ):
+        points = slice(first_point, first_point + point_count)
         leverage, directions = np.linalg.eigh(orthonormal[points].T @ orthonormal[points])
         # Q_i^T (I - Q_i Q_i^T)^(-1/2) r_i, along the eigenvectors of Q_i^T Q_i
-        factor = 1 / np.sqrt(1 - np.clip(leverage, 0, _LARGEST_LEVERAGE))
-        along = directions.T @ (orthonormal[points].T @ residual[points])
-        scores.append(directions @ (factor * along))
-    return np.asarray(np.linalg.solve(upper, np.array(scores).T))
+        factors = 1 / np.sqrt(1 - np.clip(leverage, 0, _LARGEST_LEVERAGE))
+        projections = directions.T @ (orthonormal[points].T @ residual[points])
+        scores.append(directions @ (factors * projections))
+    return np.asarray(np.linalg.solve(triangle, np.array(scores).T))
 
 
 def robust_draws(
-    problem: Problem, optimum: Optimum, count: int, random: np.random.Generator
+    problem: Problem, optimum: Optimum, draw_count: int, random: np.random.Generator
 ) -> FloatArray:
     """Constants drawn about the optimum from `robust_covariance`, within the law's bounds.
 
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        count: Number of draws.
+        draw_count: Number of draws.
         random: Source of the draws.
 
     Returns:
@@ -171,33 +178,35 @@ def robust_draws(
     """
     # not along eigenvectors, whose signs depend on the BLAS kernel
     root = _root_of_covariance(problem, optimum)
-    draws = optimum.values + random.standard_normal((count, problem.curves)) @ root.T
-    low, high = problem.limits.T
+    draws = optimum.constants + random.standard_normal((draw_count, problem.curve_count)) @ root.T
+    low, high = problem.free_bounds.T
     return np.clip(draws, low, high)
 
 
-def draw_curves(design: FloatArray, count: int, random: np.random.Generator) -> IndexArray:
-    """How often each curve is in each resample; a resample determines as many terms as all curves.
+def draw_curves(design: FloatArray, resample_count: int, random: np.random.Generator) -> IndexArray:
+    """How often each curve is in each resample of the bootstrap.
+
+    A resample must determine as many terms of the power laws as all curves do.
 
     Args:
         design: Shape (curves, terms).
-        count: Number of resamples.
+        resample_count: Number of resamples.
         random: Source of the draws.
 
     Returns:
         Shape (count, curves).
     """
-    curves = len(design)
-    probability = np.full(curves, 1 / curves)
+    curve_count = len(design)
+    probabilities = np.full(curve_count, 1 / curve_count)
     rank = np.linalg.matrix_rank(design)
-    accepted = np.empty((0, curves), dtype=np.int64)
-    while len(accepted) < count:
-        batch = min(count - len(accepted), _DRAWS_PER_BATCH)
-        draws = random.multinomial(curves, probability, batch)
+    accepted_draws = np.empty((0, curve_count), dtype=np.int64)
+    while len(accepted_draws) < resample_count:
+        batch_size = min(resample_count - len(accepted_draws), _DRAWS_PER_BATCH)
+        draws = random.multinomial(curve_count, probabilities, batch_size)
         drawn_designs = np.where(draws[:, :, np.newaxis] > 0, design, 0.0)
         has_full_rank = np.linalg.matrix_rank(drawn_designs) == rank
-        accepted = np.concatenate([accepted, draws[has_full_rank]])
-    return accepted
+        accepted_draws = np.concatenate([accepted_draws, draws[has_full_rank]])
+    return accepted_draws
 
 
 # ---------------------------------------------------------------- calibration
@@ -222,13 +231,13 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
     refits = []
     for shifted_points in _points_with_shifted_sensors(accepted):
         data = curve_data(shifted_points, problem.law.conditions)
-        varied_conditions = data.conditions[:, problem.varied]
+        varied_conditions = data.conditions[:, problem.is_followed_condition]
         if not (np.isfinite(data.mu).all() and np.isfinite(varied_conditions).all()):
-            return np.empty((0, len(optimum.values)))
-        shifted = build_problem(problem.law, data, problem.varied)
+            return np.empty((0, len(optimum.constants)))
+        shifted = build_problem(problem.law, data, problem.is_followed_condition)
         # the same constants are free and held
         shifted_problem = replace(problem, observations=shifted.observations, mu=shifted.mu)
-        refits.append(polish(shifted_problem, optimum.values).values)
+        refits.append(polish(shifted_problem, optimum.constants).constants)
     return np.array(refits)
 
 
@@ -266,15 +275,15 @@ class Profiles(NamedTuple):
     """Profile of each free constant; shapes (free, levels), ascending, the optimum in the middle.
 
     Attributes:
-        values: Internal values at which the constant is held.
-        signed_root: z of `profiles` at these values.
+        held_values: Internal values at which the constant is held.
+        signed_root: z of the function `profiles` at these values.
     """
 
-    values: FloatArray
+    held_values: FloatArray
     signed_root: FloatArray
 
 
-def profiles(problem: Problem, optimum: Optimum, naive: FloatArray) -> Profiles:
+def profiles(problem: Problem, optimum: Optimum, naive_covariance: FloatArray) -> Profiles:
     """Values of each free internal constant and the signed root of the SSE's rise there.
 
         z = sign(x - x_best) sqrt((SSE(x) - SSE_best) / s^2),  s^2 = SSE_best / (points - constants)
@@ -285,32 +294,34 @@ def profiles(problem: Problem, optimum: Optimum, naive: FloatArray) -> Profiles:
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        naive: Naive covariance of the free internal constants. It gives the start of the constants
-            that are not held.
+        naive_covariance: Naive covariance of the free internal constants. It gives the start of the
+            constants that are not held.
 
     Reference: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications (1988),
     chapter 6.
     """
-    count = len(optimum.values)
+    constant_count = len(optimum.constants)
     level_count = len(_PROFILE_LEVELS)
-    residual_freedom = len(problem.mu) - count
-    held = np.repeat(np.eye(count, dtype=bool), level_count, axis=0)
+    residual_freedom = len(problem.mu) - constant_count
+    is_held = np.repeat(np.eye(constant_count, dtype=bool), level_count, axis=0)
     # change of all constants per naive standard error of the one that is held
-    directions = (naive / np.sqrt(np.diag(naive))).T
+    directions = (naive_covariance / np.sqrt(np.diag(naive_covariance))).T
     changes = directions[:, np.newaxis] * _PROFILE_LEVELS[:, np.newaxis]
     # beyond the bounds a constant has no meaning
-    low, high = problem.limits.T
-    starts = np.clip(optimum.values + changes.reshape(-1, count), low, high)
+    low, high = problem.free_bounds.T
+    starts = np.clip(optimum.constants + changes.reshape(-1, constant_count), low, high)
     sse = np.full(len(starts), np.nan)
-    if np.isfinite(naive).all():
+    if np.isfinite(naive_covariance).all():
         _, sse = descend(
-            problem, starts, held=held, tolerance=_PROFILE_TOLERANCE, starts_near_ends=True
+            problem, starts, is_held=is_held, tolerance=_PROFILE_TOLERANCE, starts_near_ends=True
         )
     rise = (
         np.maximum(sse - optimum.sse, 0) * residual_freedom / max(optimum.sse, np.finfo(float).tiny)
     )
-    z = np.sign(np.tile(_PROFILE_LEVELS, count)) * np.sqrt(rise)
+    signed_roots = np.sign(np.tile(_PROFILE_LEVELS, constant_count)) * np.sqrt(rise)
     middle = level_count // 2
-    values = np.insert(starts[held].reshape(count, level_count), middle, optimum.values, axis=1)
-    signed_root = np.insert(z.reshape(count, level_count), middle, 0.0, axis=1)
-    return Profiles(values, signed_root)
+    held_values = np.insert(
+        starts[is_held].reshape(constant_count, level_count), middle, optimum.constants, axis=1
+    )
+    signed_root = np.insert(signed_roots.reshape(constant_count, level_count), middle, 0.0, axis=1)
+    return Profiles(held_values, signed_root)

@@ -17,8 +17,9 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import Law
 
-_AGAIN = "Fit again, or copy the whole folder again from where it was made."
-# What NumPy, SciPy and pandas raise for numbers and names that no fit has.
+# Advice at the end of each message.
+_ADVICE = "Fit again, or copy the whole folder again from where it was made."
+# Exceptions that NumPy, SciPy and pandas raise for numbers and names that no fit has.
 _CONTRADICTIONS = (ValueError, LookupError, ArithmeticError, TypeError)
 
 
@@ -41,7 +42,7 @@ def explaining_contradictions(folder: str, oil: str) -> Iterator[None]:
         reason = cut(repr(error), 300)
         raise OilfilmError(
             f"{folder}: the tables of the fit of oil {oil!r} do not belong together: mu cannot be "
-            f"computed from them ({reason}). {_AGAIN}"
+            f"computed from them ({reason}). {_ADVICE}"
         ) from error
 
 
@@ -57,40 +58,43 @@ def refuse_contradictions(results: CampaignTables, folder: str, oil: str) -> Non
         OilfilmError: A row is missing or there twice, there is no such law, or a constant of the
             law is missing or has the wrong sign.
     """
-    fits = results.configured
-    for complaint in _complaints(results, fits, oil):
-        raise OilfilmError(f"{folder}: fit of oil {oil!r}: {complaint}. {_AGAIN}")
+    configured_tables = results.configured
+    for complaint in _complaints(results, configured_tables, oil):
+        raise OilfilmError(f"{folder}: fit of oil {oil!r}: {complaint}. {_ADVICE}")
 
 
-def _complaints(results: CampaignTables, fits: CampaignTables, oil: str) -> Iterator[str]:
-    """What contradicts, the first thing first; nothing for a whole fit.
+def _complaints(
+    results: CampaignTables, configured_tables: CampaignTables, oil: str
+) -> Iterator[str]:
+    """Each contradiction as a clause, in the order of the checks; nothing for a whole fit.
 
     Args:
         results: As in `refuse_contradictions`.
-        fits: The same with the configured law of each oil alone.
+        configured_tables: The same with the configured law of each oil alone.
         oil: The oil.
     """
-    quality = _rows_of_oil(fits.fit_quality, oil)
+    quality = _rows_of_oil(configured_tables.fit_quality, oil)
     if len(quality) != 1:
         yield f"fit_quality has {len(quality)} configured laws; expected one"
-    verdicts = len(_rows_of_oil(results.soundness, oil))
-    if verdicts != 1:
-        yield f"soundness has {verdicts} rows; expected one"
+    verdict_count = len(_rows_of_oil(results.soundness, oil))
+    if verdict_count != 1:
+        yield f"soundness has {verdict_count} rows; expected one"
     surfaces = _rows_of_oil(results.surfaces, oil)
     if len(surfaces) > 1:
         yield f"surfaces has {len(surfaces)} rows; expected one at most"
-    for table, rows_of_oil in (("fit_quality", quality), ("surfaces", surfaces)):
-        for name in rows_of_oil["law"]:
-            if name not in LAWS:
-                yield f"{table} names the law {cut(repr(name))}; the laws are {', '.join(LAWS)}"
+    for table_name, rows_of_oil in (("fit_quality", quality), ("surfaces", surfaces)):
+        for law_name in rows_of_oil["law"]:
+            if law_name not in LAWS:
+                shown_name = cut(repr(law_name))
+                yield f"{table_name} names the law {shown_name}; the laws are {', '.join(LAWS)}"
     law = LAWS[quality["law"].iloc[0]]
-    coefficients = _rows_of_oil(fits.coefficients, oil)
+    coefficients = _rows_of_oil(configured_tables.coefficients, oil)
     yield from _missing_or_twice(coefficients["constant"], law)
-    for table, rows_of_oil in (
+    for table_name, rows_of_oil in (
         ("coefficients", coefficients),
-        ("refits", _rows_of_oil(fits.refits, oil)),
+        ("refits", _rows_of_oil(configured_tables.refits, oil)),
     ):
-        yield from _wrong_signs(table, rows_of_oil, law)
+        yield from _wrong_signs(table_name, rows_of_oil, law)
 
 
 def _rows_of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
@@ -98,19 +102,19 @@ def _rows_of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
     return table[table["oil"] == oil]
 
 
-def _missing_or_twice(names: pd.Series, law: Law) -> Iterator[str]:
+def _missing_or_twice(found_names: pd.Series, law: Law) -> Iterator[str]:
     """Complaints about constants that the law has not, that are there twice, or that are missing.
 
     The table has A0 of a fit over conditions, or the coefficient A of a fit of one condition.
     """
     constant_names = [constant.name for constant in law.constants]
-    for name in names[~names.isin([*constant_names, *law.coefficient_names])]:
-        yield f"coefficients has the constant {cut(repr(name))}, which {law.name} has not"
-    for name in names[names.duplicated()]:
-        yield f"coefficients has the constant {name} twice"
-    present = set(names)
+    for constant_name in found_names[~found_names.isin([*constant_names, *law.coefficient_names])]:
+        yield f"coefficients has the constant {cut(repr(constant_name))}, which {law.name} has not"
+    for constant_name in found_names[found_names.duplicated()]:
+        yield f"coefficients has the constant {constant_name} twice"
+    present_names = set(found_names)
     for constant, coefficient in zip(_leading_constants(law), law.coefficient_names, strict=True):
-        if not {constant, coefficient} & present:
+        if not {constant, coefficient} & present_names:
             yield f"coefficients lacks the constant {constant}"
 
 
@@ -119,7 +123,7 @@ def _leading_constants(law: Law) -> list[str]:
     return [constant.name for constant in law.constants if constant.condition is None]
 
 
-def _wrong_signs(table: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
+def _wrong_signs(table_name: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
     """Complaints about constants whose sign is not that of the law; unknown ones have none."""
     sign_by_name = {constant.name: constant.sign for constant in law.constants}
     sign_by_name |= dict(
@@ -132,7 +136,8 @@ def _wrong_signs(table: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
     signs = rows["constant"].map(sign_by_name).fillna(0).to_numpy(dtype=float)
     values = rows["value"].to_numpy(dtype=float)
     is_wrong = (signs != 0) & ~np.isnan(values) & ~(signs * values > np.finfo(float).tiny)
-    for row in np.flatnonzero(is_wrong):
-        name = rows["constant"].iloc[row]
-        expected = "above" if signs[row] > 0 else "below"
-        yield f"{table} has {name} = {values[row]:g}; {law.name} needs it {expected} 0"
+    for row_index in np.flatnonzero(is_wrong):
+        constant_name = rows["constant"].iloc[row_index]
+        expected = "above" if signs[row_index] > 0 else "below"
+        found = f"{table_name} has {constant_name} = {values[row_index]:g}"
+        yield f"{found}; {law.name} needs it {expected} 0"

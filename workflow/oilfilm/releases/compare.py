@@ -327,7 +327,7 @@ def _largest_change(
         raise ValueError(f"{oil} is fitted in one release only")
     if fit_before.law.conditions != fit_after.law.conditions:
         raise ValueError(f"laws {fit_before.law.name} and {fit_after.law.name}")
-    grid_points = _comparison_grid(fit_before.coefficients.box, drift)
+    grid_points = _comparison_grid(fit_before.coefficients.tested_box, drift)
     slip = grid_points[:, -1]
     # where a condition is not followed, along its tested level or line
     conditions = fit_before.at_tested_levels(grid_points[:, :-1])

@@ -117,7 +117,7 @@ def explorer_data(results: CampaignTables, settings: Settings) -> dict[str, Any]
         oil_as_json = {
             "name": oil,
             "colour": oil_colour(oil, list(settings.oils)),
-            "where": [fixed.sentence() for fixed in fit.coefficients.fixed],
+            "where": [fixed.sentence() for fixed in fit.coefficients.fixed_conditions],
         }
         oil_as_json.update(law_as_json(fit, load_n_at_1_gpa))
         oils.append(oil_as_json)
@@ -180,7 +180,7 @@ def sliders(
     usual_ranges = settings.report.sliders
     start_point = _central_point(results)
     boxes = [
-        _box_over_axes(fit.coefficients.box, fit.law, load_n_at_1_gpa)
+        _box_over_axes(fit.coefficients.tested_box, fit.law, load_n_at_1_gpa)
         for fit in fit_by_oil.values()
     ]
     axes = []
@@ -199,7 +199,7 @@ def sliders(
         start = float(np.clip(start_point.get(name, low), low, high))
         # every law depends on the slide-roll ratio
         idle = name != "slide_roll_ratio" and not any(
-            fit.coefficients.followed[index] for fit in fit_by_oil.values()
+            fit.coefficients.is_followed_group[index] for fit in fit_by_oil.values()
         )
         axes.append(Axis.over(name, low, high, start, idle))
     return axes
@@ -260,7 +260,7 @@ def law_as_json(fit: FittedLaw, load_n_at_1_gpa: float | None = None) -> dict[st
         "reference": law.reference,
         "exponential": [group in law.exponential for group in law.groups],
         "internal": to_internal(law, coefficients.constants),
-        "known": coefficients.followed,
+        "known": coefficients.is_followed_group,
         "fixed": _fixed_conditions(fit),
         "level": fit.interval_level(CONFIDENCE),
         "limit": coefficients.limiting_stress_ratio,
@@ -283,7 +283,7 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
     surface = fit.surface
     if surface is None:
         return None
-    tested_conditions = surface.contact.to_law(fit.law, surface.measurements.conditions)
+    tested_conditions = surface.contact.law_conditions(fit.law, surface.measurements.conditions)
     axes = [*_axes_of_conditions(fit, tested_conditions), _axis_of_slip(surface.measurements.slip)]
     meshes = np.meshgrid(*[axis["values"] for axis in axes], indexing="ij")
     conditions = np.full((meshes[0].size, len(fit.law.conditions)), np.nan)
@@ -314,13 +314,13 @@ def _axes_of_conditions(fit: FittedLaw, tested_conditions: FloatArray) -> list[d
         fit: The fit.
         tested_conditions: Conditions of the law in each curve, shape (curves, conditions).
     """
-    fixed_names = {fixed.condition for fixed in fit.coefficients.fixed}
+    fixed_names = {fixed.condition for fixed in fit.coefficients.fixed_conditions}
     axes = []
     for column_index, name in enumerate(fit.law.conditions):
         if name in fixed_names:
             continue
         is_linear = name in LEAST_MAGNITUDE
-        low, high = fit.coefficients.box[column_index]
+        low, high = fit.coefficients.tested_box[column_index]
         if is_linear:
             nodes = _nodes_of_levels(tested_conditions[:, column_index], low, high)
             values = nodes
@@ -362,7 +362,7 @@ def _axis_of_slip(tested_slips: FloatArray) -> dict[str, Any]:
 def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
     """The conditions on which the fit does not depend, each with its tested level or line."""
     conditions = []
-    for fixed in fit.coefficients.fixed:
+    for fixed in fit.coefficients.fixed_conditions:
         condition = asdict(fixed)
         condition["least_size"] = LEAST_MAGNITUDE.get(fixed.condition, 0.0)
         conditions.append(condition)
@@ -375,14 +375,14 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
     Empty where the tested conditions are not known.
     """
     coefficients = fit.coefficients
-    if not len(coefficients.tested):
+    if not len(coefficients.tested_conditions):
         return []
-    fixed_names = {fixed.condition for fixed in coefficients.fixed}
+    fixed_names = {fixed.condition for fixed in coefficients.fixed_conditions}
     followed_names = [name for name in fit.law.conditions if name not in fixed_names]
     lattice = []
-    for name, step in zip(followed_names, fit.lattice.steps, strict=True):
+    for name, step in zip(followed_names, fit.lattice.largest_steps, strict=True):
         if np.isfinite(step):
-            tested_values = coefficients.tested[:, fit.law.conditions.index(name)]
+            tested_values = coefficients.tested_conditions[:, fit.law.conditions.index(name)]
             is_logarithmic = name not in LEAST_MAGNITUDE
             lattice.append(
                 {"condition": name, "step": step, "tested": tested_values, "log": is_logarithmic}

@@ -1,4 +1,4 @@
-"""Errors that the points of a run share, and the noise of each point.
+"""Errors that the points of a run share (the effects of the run), and the noise of each point.
 
 Decides: how large the errors of runs are expected to be where a rig does not state them.
 """
@@ -13,21 +13,23 @@ from oilfilm.base.units import FloatArray
 # Steps of the differences that give the slopes of ln mu by ln S and by T.
 _LOG_SLIP_STEP = 0.02
 _TEMPERATURE_STEP_K = 1.0
-# Names of the effects, in the order of the columns of a design.
+# Names of the effects of a run, in the order of the columns of a design.
 EFFECTS = ("gain", "zero", "slip_scale", "temperature_k")
+
+# ln mu of points from their conditions, shape (points, 3), and their slips, shape (points,).
 
 LogMu = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
 class LogNormal:
-    """What is known of a standard deviation before the data: it is log-normal.
+    """What is known of a size before the data: its prior distribution, which is log-normal.
 
     Attributes:
-        median: Median.
-        ln_sd: Standard deviation of its logarithm.
-        smallest: Smallest value.
-        largest: Largest value.
+        median: Median of the size.
+        ln_sd: Standard deviation of the logarithm of the size.
+        smallest: Smallest size that is searched.
+        largest: Largest size that is searched.
     """
 
     median: float
@@ -47,18 +49,18 @@ class LogNormal:
 
 @dataclass(frozen=True)
 class RunErrorSizes:
-    """Sizes of the errors of a rig, before the data: standard deviations.
+    """What is known of the standard deviations of the errors of a rig, before the data.
 
     Without repeated runs the data tell these sizes in part only, so the rig should state them.
 
     Attributes:
-        gain: Of the traction force, relative, one error per run.
-        zero: Of the zero of the force, as a traction coefficient, one error per run.
-        slip_scale: Of the slide-roll ratio, relative, one error per run.
-        temperature_k: Of the temperature, in K, one error per run.
-        noise: Of each point's mu, relative.
-        rig_gain: Of the traction force, relative, one error per rig, which all its runs share. It
-            counts where the runs are of several rigs.
+        gain: Relative error of the traction force, the same in a whole run.
+        zero: Error of the zero of the force, as a traction coefficient, the same in a whole run.
+        slip_scale: Relative error of the slide-roll ratio, the same in a whole run.
+        temperature_k: Error of the temperature, in K, the same in a whole run.
+        noise: Relative error of mu at each point.
+        rig_gain: Relative error of the traction force that all runs of a rig share. It counts where
+            the runs are of several rigs.
     """
 
     gain: LogNormal = LogNormal(0.008, 0.6, 1e-4, 0.2)
@@ -69,26 +71,28 @@ class RunErrorSizes:
     rig_gain: LogNormal = LogNormal(0.01, 0.6, 1e-4, 0.2)
 
     def run_and_noise_sizes(self) -> tuple[LogNormal, ...]:
-        """The sizes of what differs from run to run, in the order of `EFFECTS`, and the noise."""
+        """The sizes of the effects of runs, in the order of `EFFECTS`, then that of the noise."""
         return (self.gain, self.zero, self.slip_scale, self.temperature_k, self.noise)
 
 
 def effect_design(log_mu: LogMu, conditions: FloatArray, slip: FloatArray) -> FloatArray:
-    """Change of ln mu by a unit error of each effect, shape (points, effects).
+    """Derivative of ln mu with respect to each effect, shape (points, effects).
 
-    A gain changes ln mu by 1, a zero by 1/mu, a scale of slip by d ln mu / d ln S and a temperature
-    by d ln mu / dT.
+    It is 1 for the gain, 1/mu for the zero, d ln mu / d ln S for the scale of slip and
+    d ln mu / dT for the temperature.
 
     Args:
-        log_mu: ln mu from conditions and slips, as the best present description has it.
+        log_mu: ln mu of the present surface or law, from conditions and slips.
         conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
         slip: Slide-roll ratio, above 0, shape (points,).
     """
     mu = np.exp(log_mu(conditions, slip))
-    factor = np.exp(_LOG_SLIP_STEP)
-    rise_in_slip = log_mu(conditions, slip * factor) - log_mu(conditions, slip / factor)
-    step = np.array([0.0, 0.0, _TEMPERATURE_STEP_K])
-    rise_in_temperature = log_mu(conditions + step, slip) - log_mu(conditions - step, slip)
+    slip_factor = np.exp(_LOG_SLIP_STEP)
+    rise_in_slip = log_mu(conditions, slip * slip_factor) - log_mu(conditions, slip / slip_factor)
+    temperature_step = np.array([0.0, 0.0, _TEMPERATURE_STEP_K])
+    rise_in_temperature = log_mu(conditions + temperature_step, slip) - log_mu(
+        conditions - temperature_step, slip
+    )
     return np.column_stack(
         [
             np.ones(len(slip)),

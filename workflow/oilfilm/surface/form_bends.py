@@ -1,13 +1,14 @@
 """What two levels of a condition leave open: a power law and an exponential agree at both.
 
-Between two levels v1 and v2 the law changes ln mu by D, at the slip and the other conditions of a
-point. A power law is linear in ln v, an exponential in v, so that they differ by g D with
+Between the levels v1 and v2 of a condition, the law changes ln mu by D, at the slip and the other
+conditions of a point. By a power law ln mu is linear in ln v, by an exponential in v. The two
+differ by g D with
 
     g = ln(v/v1) / ln(v2/v1) - (v - v1) / (v2 - v1)
 
 Laws have power laws of the temperature in degC; films follow exponentials more nearly. At low slip,
 where traction follows the viscosity, g D is up to a quarter of mu. The difference has a standard
-deviation of one; nothing is chosen.
+deviation of one; no form is chosen.
 """
 
 import numpy as np
@@ -29,16 +30,18 @@ def form_bends(
         conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
         slip: Slide-roll ratio, above 0, shape (points,).
     """
-    lowest, highest = unscaled_conditions(np.stack([box.lowest, box.highest]))
+    lowest_conditions, highest_conditions = unscaled_conditions(np.stack([box.lowest, box.highest]))
     bends = [np.empty((len(slip), 0))]
-    for dimension in np.flatnonzero(box.has_two_levels):
-        at_lowest, at_highest = conditions.copy(), conditions.copy()
-        at_lowest[:, dimension] = lowest[dimension]
-        at_highest[:, dimension] = highest[dimension]
-        change = law.log_mu(at_highest, slip) - law.log_mu(at_lowest, slip)
-        level = conditions[:, dimension]
-        ratio = highest[dimension] / lowest[dimension]
-        power_law_share = np.log(level / lowest[dimension]) / np.log(ratio)
-        exponential_share = (level - lowest[dimension]) / (highest[dimension] - lowest[dimension])
+    for condition_column in np.flatnonzero(box.has_two_levels):
+        lowest = lowest_conditions[condition_column]
+        highest = highest_conditions[condition_column]
+        conditions_at_lowest = conditions.copy()
+        conditions_at_lowest[:, condition_column] = lowest
+        conditions_at_highest = conditions.copy()
+        conditions_at_highest[:, condition_column] = highest
+        change = law.log_mu(conditions_at_highest, slip) - law.log_mu(conditions_at_lowest, slip)
+        value = conditions[:, condition_column]
+        power_law_share = np.log(value / lowest) / np.log(highest / lowest)
+        exponential_share = (value - lowest) / (highest - lowest)
         bends.append(((power_law_share - exponential_share) * change)[:, np.newaxis])
     return np.hstack(bends)

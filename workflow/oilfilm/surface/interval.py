@@ -1,8 +1,9 @@
 """How far the next run may be from a surface, by the conditions that were left out.
 
-A single answer and a band over a curve have a factor each. That of the band is also at least the
-quantile of the largest error of a curve by the model: 12 points that are inside with 95 % each are
-not all inside with 95 %, and few left-out curves show that by chance only.
+The standard deviation of the next run is multiplied by a factor: one for a single point, and one
+for a band over a whole curve. 12 points that are inside with 95 % each are not all inside with 95
+%, and few left-out curves show that by chance only. So the factor of the band is at least the
+quantile of the largest error of a curve that is drawn from the model.
 
 Decides: the level of an interval that few conditions allow.
 """
@@ -20,7 +21,7 @@ from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.posterior import LeftOut
 from oilfilm.surface.reml import CurveCovariance
 
-# Curves that are drawn for the largest score of a curve. Its quantile is then known within 1 %.
+# Number of curves that are drawn for the quantile of their largest score, known then within 1 %.
 _DRAWS = 20_000
 # A share that rounding leaves just below a level has reached it.
 _ROUNDING = 1e-9
@@ -42,13 +43,15 @@ class IntervalFactors:
     curve: float
 
 
-def allowed_level(wanted: float, conditions: int) -> float:
-    """The wanted level, or the one that so many conditions allow; repeated runs do not raise it.
+def allowed_level(wanted_level: float, condition_count: int) -> float:
+    """The wanted level, or n/(n+1) for n conditions if that is less.
+
+    Repeated runs do not raise the level.
 
     >>> round(allowed_level(0.95, 8), 3)
     0.889
     """
-    return min(wanted, conditions / (conditions + 1))
+    return min(wanted_level, condition_count / (condition_count + 1))
 
 
 def normal_factor(level: float) -> float:
@@ -60,7 +63,7 @@ def normal_factor(level: float) -> float:
     return float(scipy.special.ndtri((1 + level) / 2))
 
 
-def point_quantile(scores: FloatArray, condition: IndexArray, level: float) -> float:
+def point_quantile(scores: FloatArray, condition_of_point: IndexArray, level: float) -> float:
     """The score below which a point of a new condition is expected with the given probability.
 
     The share of points below a score is the mean over the conditions. The new condition counts
@@ -71,46 +74,48 @@ def point_quantile(scores: FloatArray, condition: IndexArray, level: float) -> f
 
     Args:
         scores: Scores of the points of left-out conditions, shape (points,).
-        condition: Condition of each point, shape (points,).
-        level: Level that so many conditions allow.
+        condition_of_point: Index of the condition of each point, shape (points,).
+        level: The level of the interval (`allowed_level`).
 
     Reference: R. Dunn, L. Wasserman, A. Ramdas, J. Am. Stat. Assoc. 118 (2023) 2491 (groups).
     """
-    counts = np.bincount(condition)
+    point_counts = np.bincount(condition_of_point)
 
-    def expected_share(limit: float) -> float:
+    def expected_share(score_limit: float) -> float:
         """Share of the points of a new condition with scores up to a limit."""
-        shares = np.bincount(condition, scores <= limit) / counts
-        return float((shares.sum() + shares.min()) / (len(counts) + 1))
+        shares = np.bincount(condition_of_point, scores <= score_limit) / point_counts
+        return float((shares.sum() + shares.min()) / (len(point_counts) + 1))
 
-    ordered = np.sort(scores)
-    number = bisect.bisect_left(ordered, level - _ROUNDING, key=expected_share)
-    return float(ordered[min(number, len(ordered) - 1)])
+    sorted_scores = np.sort(scores)
+    score_index = bisect.bisect_left(sorted_scores, level - _ROUNDING, key=expected_share)
+    return float(sorted_scores[min(score_index, len(sorted_scores) - 1)])
 
 
-def curve_quantile(scores: FloatArray, condition: IndexArray, level: float) -> float:
+def curve_quantile(scores: FloatArray, condition_of_curve: IndexArray, level: float) -> float:
     """The score that a curve of a new condition stays below with the given probability.
 
     Args:
         scores: Largest score of each curve of the left-out conditions, shape (curves,).
-        condition: Condition of each curve, shape (curves,).
-        level: Level that so many conditions allow.
+        condition_of_curve: Index of the condition of each curve, shape (curves,).
+        level: The level of the interval (`allowed_level`).
 
     Reference: V. Vovk, A. Gammerman, G. Shafer, Algorithmic Learning in a Random World (2005),
     with one group per condition.
     """
-    order = np.argsort(scores, kind="stable")
-    counts = np.bincount(condition)
-    reached = np.cumsum(1 / counts[condition[order]]) / (len(counts) + 1)
-    number = int(np.searchsorted(reached, level - _ROUNDING))
-    return float(scores[order[min(number, len(order) - 1)]])
+    curves_by_score = np.argsort(scores, kind="stable")
+    curve_counts = np.bincount(condition_of_curve)
+    reached = np.cumsum(1 / curve_counts[condition_of_curve[curves_by_score]]) / (
+        len(curve_counts) + 1
+    )
+    position = int(np.searchsorted(reached, level - _ROUNDING))
+    return float(scores[curves_by_score[min(position, len(curves_by_score) - 1)]])
 
 
 def interval_factors(
     covariance: CurveCovariance,
-    point_curve: IndexArray,
-    condition: IndexArray,
-    left_out: Iterable[LeftOut],
+    curve_of_point: IndexArray,
+    condition_of_curve: IndexArray,
+    left_out_conditions: Iterable[LeftOut],
     wanted_level: float,
 ) -> IntervalFactors:
     """Factors from the errors at left-out conditions over their standard deviations.
@@ -120,34 +125,39 @@ def interval_factors(
 
     Args:
         covariance: Covariance of the curves.
-        point_curve: Curve of each point, shape (points,).
-        condition: Condition of each curve, shape (curves,).
-        left_out: Each condition, as the others predict it.
+        curve_of_point: Index of the curve of each point, shape (points,).
+        condition_of_curve: Index of the condition of each curve, shape (curves,).
+        left_out_conditions: The curves of each condition, as those of the others predict them.
         wanted_level: Share that an interval should hold, where there are conditions enough.
     """
-    scores, drawn_largest_scores = _scores(covariance, point_curve, left_out)
-    level = allowed_level(wanted_level, int(condition.max()) + 1)
-    largest_scores = np.zeros(len(condition))
-    np.maximum.at(largest_scores, point_curve, scores)
+    scores, drawn_largest_scores = _scores(covariance, curve_of_point, left_out_conditions)
+    level = allowed_level(wanted_level, int(condition_of_curve.max()) + 1)
+    largest_scores = np.zeros(len(condition_of_curve))
+    np.maximum.at(largest_scores, curve_of_point, scores)
     point_factor = max(
-        normal_factor(wanted_level), point_quantile(scores, condition[point_curve], level)
+        normal_factor(wanted_level),
+        point_quantile(scores, condition_of_curve[curve_of_point], level),
     )
     model_quantile = float(np.quantile(drawn_largest_scores, wanted_level))
     return IntervalFactors(
         level=level,
         point=point_factor,
-        curve=max(point_factor, model_quantile, curve_quantile(largest_scores, condition, level)),
+        curve=max(
+            point_factor, model_quantile, curve_quantile(largest_scores, condition_of_curve, level)
+        ),
     )
 
 
 def _scores(
-    covariance: CurveCovariance, point_curve: IndexArray, left_out: Iterable[LeftOut]
+    covariance: CurveCovariance, curve_of_point: IndexArray, left_out_conditions: Iterable[LeftOut]
 ) -> tuple[FloatArray, FloatArray]:
-    """Size of the error of each point over its standard deviation, and largest ones by the model.
+    """Score of each point, and drawn largest scores of a curve.
+
+    The score of a point is the size of its error over the standard deviation of the error. A draw
+    is the largest score of a curve whose errors have the covariance of the model.
 
     Returns:
-        Shapes (points,) and (draws,). A draw is the largest score of a curve whose errors have the
-        covariance of the model.
+        Shapes (points,) and (draws,).
     """
     curves, noise = covariance.curves, covariance.sizes.noise
     random = generator(0, "largest score of a curve")
@@ -155,34 +165,42 @@ def _scores(
     error = curves.remainder.copy()
     variance = np.zeros(len(error))
     drawn_largest_scores = []
-    for group in left_out:
-        points, vectors = curves.vectors_of(group.coordinates)
-        error[points] += vectors @ group.error
+    for left_out in left_out_conditions:
+        point_indices, vectors = curves.vectors_of(left_out.coordinate_indices)
+        error[point_indices] += vectors @ left_out.error
         noise_variance = noise**2 * (1 - np.sum(vectors**2, axis=1))
-        variance[points] = np.sum((vectors @ group.covariance) * vectors, axis=1) + noise_variance
-        drawn_errors = _drawn_errors(group, vectors, noise, random, draws_per_curve)
-        drawn_scores = np.abs(drawn_errors) / np.sqrt(variance[points, np.newaxis])
-        starts = np.flatnonzero(np.diff(point_curve[points], prepend=-1))
-        drawn_largest_scores.append(np.maximum.reduceat(drawn_scores, starts, axis=0).ravel())
+        variance[point_indices] = (
+            np.sum((vectors @ left_out.covariance) * vectors, axis=1) + noise_variance
+        )
+        drawn_errors = _drawn_errors(left_out, vectors, noise, random, draws_per_curve)
+        drawn_scores = np.abs(drawn_errors) / np.sqrt(variance[point_indices, np.newaxis])
+        first_points_of_curves = np.flatnonzero(np.diff(curve_of_point[point_indices], prepend=-1))
+        drawn_largest_scores.append(
+            np.maximum.reduceat(drawn_scores, first_points_of_curves, axis=0).ravel()
+        )
     return np.abs(error) / np.sqrt(variance), np.concatenate(drawn_largest_scores)
 
 
 def _drawn_errors(
-    group: LeftOut, vectors: FloatArray, noise: float, random: np.random.Generator, draws: int
+    left_out: LeftOut,
+    vectors: FloatArray,
+    noise: float,
+    random: np.random.Generator,
+    draw_count: int,
 ) -> FloatArray:
-    """Errors of the points of a group, drawn from their distribution, shape (points, draws).
+    """Errors of the points of left-out curves, drawn from the model, shape (points, draws).
 
     Args:
-        group: The group.
-        vectors: V of its coordinates, shape (points, coordinates).
+        left_out: The curves.
+        vectors: V of their coordinates, shape (points, coordinates).
         noise: Standard deviation of the noise of points.
         random: Draws the errors.
-        draws: Number of draws.
+        draw_count: Number of draws.
     """
     # of the points and not of the coordinates, whose signs depend on the machine
-    covariance = vectors @ group.covariance @ vectors.T
-    points = len(covariance)
+    covariance = vectors @ left_out.covariance @ vectors.T
+    point_count = len(covariance)
     # noise within the coordinates is already in their covariance
-    covariance += noise**2 * (np.eye(points) - vectors @ vectors.T)
+    covariance += noise**2 * (np.eye(point_count) - vectors @ vectors.T)
     factor = scipy.linalg.cholesky(covariance, lower=True)
-    return np.asarray(factor @ random.standard_normal((points, draws)))
+    return np.asarray(factor @ random.standard_normal((point_count, draw_count)))

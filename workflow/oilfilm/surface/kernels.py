@@ -27,7 +27,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal
 from oilfilm.surface.measurements import scaled_slip
 
-# Standard deviation of ln mu in the middle between two levels of P, U and T: the bends of oils.
+# Standard deviation of ln mu in the middle between two levels of P, U and T, as oils bend there.
 _BEND_SD = (0.05, 0.03, 0.08)
 _LEVELS_THAT_SHOW_A_BEND = 3
 # Number of conditions: P, U and T.
@@ -37,7 +37,7 @@ _TREND_SLIP = 0.3
 # Variance of the constant part over that of the linear part.
 _CONSTANT_VARIANCE = 4.0
 
-# What is known of each size before the data: median, spread of the logarithm, smallest, largest.
+# What is known of each size before the data: see `LogNormal`.
 MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
 INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
 # The longest lengths are about half the range of slips and twice that of conditions: with longer
@@ -71,14 +71,14 @@ def matern_slope(distance: FloatArray) -> FloatArray:
 
 @dataclass(frozen=True)
 class DepartureSizes:
-    """Sizes of the departure from the law.
+    """Sizes (standard deviations and lengths) of the departure from the law.
 
     Attributes:
         kappa: Size of the departure: the misfit of the law.
-        main: Size of the main effect of P, U and T, in units of kappa, shape (3,).
+        main: Sizes of the main effects of P, U and T, in units of kappa, shape (3,).
         interaction: Size of the interaction, in units of kappa.
-        slip_length: Length over the scaled slip.
-        lengths: Lengths over the scaled P, U and T, shape (3,).
+        slip_length: Correlation length over the scaled slip.
+        lengths: Correlation lengths over the scaled P, U and T, shape (3,).
         slip_trend: r, the size at a slip of 0.3 over that at rolling.
     """
 
@@ -89,14 +89,14 @@ class DepartureSizes:
     lengths: FloatArray
     slip_trend: float
 
-    def over_slip(self, scaled: FloatArray) -> FloatArray:
+    def size_at_slips(self, scaled_slips: FloatArray) -> FloatArray:
         """w, the size at each scaled slip over that in the middle."""
-        return self.slip_trend ** trend_exponent(scaled)
+        return self.slip_trend ** trend_exponent(scaled_slips)
 
 
-def trend_exponent(scaled: FloatArray) -> FloatArray:
+def trend_exponent(scaled_slips: FloatArray) -> FloatArray:
     """Power of the trend at each scaled slip: -1/2 at rolling, 1/2 at a slip of 0.3."""
-    return np.asarray(scaled / scaled_slip(np.array(_TREND_SLIP)) - 0.5)
+    return np.asarray(scaled_slips / scaled_slip(np.array(_TREND_SLIP)) - 0.5)
 
 
 @dataclass(frozen=True)
@@ -106,8 +106,8 @@ class ConditionBox:
     Attributes:
         lowest: Lowest P, U and T, shape (3,).
         highest: Highest P, U and T, shape (3,).
-        level_counts: Number of levels of P, U and T, shape (3,).
-        level_widths: Largest range of one level of P, U and T, shape (3,).
+        level_counts: Number of levels of P, of U and of T, shape (3,).
+        level_widths: Largest range of one level of P, of U and of T, shape (3,).
     """
 
     lowest: FloatArray
@@ -116,7 +116,7 @@ class ConditionBox:
     level_widths: FloatArray
 
     def centred(self, scaled: FloatArray) -> FloatArray:
-        """Scaled conditions about the middle of the box, shape (rows, 3)."""
+        """Scaled conditions less the middle of the box, shape (rows, 3)."""
         return scaled - (self.lowest + self.highest) / 2
 
     def bends(self, centred: FloatArray) -> FloatArray:
@@ -126,9 +126,9 @@ class ConditionBox:
         """
         half_range = (self.highest - self.lowest) / 2
         bends = np.zeros_like(centred)
-        for dimension in np.flatnonzero(self.has_two_levels):
-            ratio = centred[:, dimension] / half_range[dimension]
-            bends[:, dimension] = _BEND_SD[dimension] * (1 - ratio**2)
+        for condition_column in np.flatnonzero(self.has_two_levels):
+            ratio = centred[:, condition_column] / half_range[condition_column]
+            bends[:, condition_column] = _BEND_SD[condition_column] * (1 - ratio**2)
         return bends
 
     @property
@@ -137,10 +137,10 @@ class ConditionBox:
         return self.level_counts == 2
 
     def ranges_beyond(self, centred: FloatArray) -> FloatArray:
-        """Distance of each row from the box in tested ranges, shape (rows,).
+        """Distance of each row from the box, in units of the tested range, shape (rows,).
 
-        It is that of the condition farthest out: 0 inside, and infinite where a condition that was
-        not varied has another value.
+        The condition farthest outside counts. The distance is 0 inside the box, and infinite where
+        a condition that was not varied has another value.
         """
         tested_range = self.highest - self.lowest
         beyond = np.maximum(np.abs(centred) - tested_range / 2, 0.0)
@@ -167,72 +167,76 @@ class ConditionKernel:
     box: ConditionBox
     sizes: DepartureSizes
 
-    def factors(self, left: FloatArray, right: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """C_E and C_G, shape (rows of left, rows of right).
+    def factors(
+        self, centred: FloatArray, other_centred: FloatArray
+    ) -> tuple[FloatArray, FloatArray]:
+        """C_E and C_G, shape (rows, other rows) each.
 
         Args:
-            left: Centred conditions, shape (rows, 3).
-            right: Centred conditions, shape (rows, 3).
+            centred: Centred conditions of the rows of the result, shape (rows, 3).
+            other_centred: Centred conditions of its columns, shape (other rows, 3).
         """
-        rigid = self._rigid(left[:, np.newaxis], right[np.newaxis])
-        curved = self._curved(left, right)
+        rigid = self._rigid(centred[:, np.newaxis], other_centred[np.newaxis])
+        curved = self._curved(centred, other_centred)
         return rigid + curved / 2, (rigid + curved) / 2
 
-    def variances(self, rows: FloatArray) -> FloatArray:
+    def variances(self, centred: FloatArray) -> FloatArray:
         """C_E + C_G of each row with itself, shape (rows,)."""
-        rigid = self._rigid(rows, rows)
+        rigid = self._rigid(centred, centred)
         sizes = self.sizes
         main_and_interaction = np.sum(self.box.shows_bends * sizes.main**2) + sizes.interaction**2
-        bends = np.sum(self.box.bends(rows) ** 2, axis=1)
+        bends = np.sum(self.box.bends(centred) ** 2, axis=1)
         curved = sizes.kappa**2 * main_and_interaction + bends
         return 1.5 * rigid + curved
 
-    def slopes(self, rows: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
-        """Derivatives of C_E and C_G among rows by the logarithm of each size, by its name.
+    def slopes(self, centred: FloatArray) -> dict[str, tuple[FloatArray, FloatArray]]:
+        """Derivatives of C_E and C_G among rows by the logarithm of each size, by name of the size.
 
-        Names: kappa, main_0 to main_2, interaction, length_0 to length_2.
+        Names of sizes: kappa, main_0 to main_2, interaction, length_0 to length_2.
         """
         sizes = self.sizes
-        correlations = self._correlations(rows, rows)
+        correlations = self._correlations(centred, centred)
         main = sizes.kappa**2 * self.box.shows_bends * sizes.main**2
         interaction = sizes.kappa**2 * sizes.interaction**2
         product = np.prod(correlations, axis=0)
-        rigid = self._rigid(rows[:, np.newaxis], rows[np.newaxis])
+        rigid = self._rigid(centred[:, np.newaxis], centred[np.newaxis])
         curved_without_bends = np.tensordot(main, correlations, axes=1) + interaction * product
-        by_name = {"kappa": (2 * rigid + curved_without_bends, rigid + curved_without_bends)}
-        by_name["interaction"] = _slopes_by_curved(2 * interaction * product)
-        for dimension in range(_CONDITIONS):
-            column = rows[:, dimension]
-            distance = np.subtract.outer(column, column) / sizes.lengths[dimension]
+        slopes_by_size_name = {
+            "kappa": (2 * rigid + curved_without_bends, rigid + curved_without_bends)
+        }
+        slopes_by_size_name["interaction"] = _slopes_by_curved(2 * interaction * product)
+        for condition_column in range(_CONDITIONS):
+            column = centred[:, condition_column]
+            distance = np.subtract.outer(column, column) / sizes.lengths[condition_column]
             slope = matern_slope(distance)
-            other_correlations = np.prod(np.delete(correlations, dimension, axis=0), axis=0)
-            by_name[f"main_{dimension}"] = _slopes_by_curved(
-                2 * main[dimension] * correlations[dimension]
+            other_correlations = np.prod(np.delete(correlations, condition_column, axis=0), axis=0)
+            slopes_by_size_name[f"main_{condition_column}"] = _slopes_by_curved(
+                2 * main[condition_column] * correlations[condition_column]
             )
-            by_name[f"length_{dimension}"] = _slopes_by_curved(
-                (main[dimension] + interaction * other_correlations) * slope
+            slopes_by_size_name[f"length_{condition_column}"] = _slopes_by_curved(
+                (main[condition_column] + interaction * other_correlations) * slope
             )
-        return by_name
+        return slopes_by_size_name
 
-    def _rigid(self, left: FloatArray, right: FloatArray) -> FloatArray:
+    def _rigid(self, centred: FloatArray, other_centred: FloatArray) -> FloatArray:
         """A: the constant, linear and bilinear part; the last axis of the arguments is summed."""
-        products = left * right
+        products = centred * other_centred
         total = np.sum(products, axis=-1)
         pairs = (total**2 - np.sum(products**2, axis=-1)) / 2
         return self.sizes.kappa**2 * (_CONSTANT_VARIANCE + total + pairs)
 
-    def _curved(self, left: FloatArray, right: FloatArray) -> FloatArray:
+    def _curved(self, centred: FloatArray, other_centred: FloatArray) -> FloatArray:
         """B: main effects, interaction and bends."""
         sizes = self.sizes
-        correlations = self._correlations(left, right)
+        correlations = self._correlations(centred, other_centred)
         main = np.tensordot(self.box.shows_bends * sizes.main**2, correlations, axes=1)
         interaction = sizes.interaction**2 * np.prod(correlations, axis=0)
-        bends = self.box.bends(left) @ self.box.bends(right).T
+        bends = self.box.bends(centred) @ self.box.bends(other_centred).T
         return sizes.kappa**2 * (main + interaction) + bends
 
-    def _correlations(self, left: FloatArray, right: FloatArray) -> FloatArray:
-        """Matern correlation in each condition, shape (3, rows of left, rows of right)."""
-        distance = left.T[:, :, np.newaxis] - right.T[:, np.newaxis, :]
+    def _correlations(self, centred: FloatArray, other_centred: FloatArray) -> FloatArray:
+        """Matern correlation over each condition, shape (3, rows, other rows)."""
+        distance = centred.T[:, :, np.newaxis] - other_centred.T[:, np.newaxis, :]
         return matern(distance / self.sizes.lengths[:, np.newaxis, np.newaxis])
 
 

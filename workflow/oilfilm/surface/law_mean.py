@@ -14,31 +14,32 @@ from oilfilm.traction.law import Law, Observations
 # Standard deviation of each internal constant (ln|X0| or exponent) about its fitted value. With
 # constants that are not free, the law takes up a drift of the rig, and intervals are too narrow.
 CONSTANT_SD = 0.3
-# Part of the range of a constant within which it counts as at its bound.
+# A constant is at a bound where it is nearer to it than this share of its range.
 _AT_BOUND = 1e-6
 # Points whose design is in memory at once: it is many times as large as their mu.
 _POINTS_AT_ONCE = 1 << 16
 
 
 def _unchanged(conditions: FloatArray) -> FloatArray:
-    """P, U and T are the conditions of the law."""
+    """The conditions of the law where these are P, U and T."""
     return conditions
 
 
 @dataclass(frozen=True)
 class FreeLaw:
-    """A traction law at its fitted constants.
+    """A fitted traction law: its constants, and which of them stay free inside a surface.
 
     Attributes:
         law: The law.
         constants: Internal constants, ln|X0| and exponents, shape (constants,).
-        free: Whether each constant was fitted, shape (constants,).
-        conditions_of_law: Rows of `law.conditions` from rows of P in GPa, U in m/s and T in degC.
+        is_free: Whether each constant was fitted, shape (constants,).
+        conditions_of_law: Makes rows of `law.conditions` from rows of P in GPa, U in m/s and T in
+            degC.
     """
 
     law: Law
     constants: FloatArray
-    free: BoolArray
+    is_free: BoolArray
     conditions_of_law: Callable[[FloatArray], FloatArray] = _unchanged
 
     def log_mu(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -60,17 +61,17 @@ class FreeLaw:
         """Derivatives of ln mu by the free internal constants, shape (points, free constants)."""
         observations = self._observations(conditions, slip)
         mu = self.law.traction(self.constants, observations)
-        slopes = self.law.jacobian(self.constants, observations)[:, self.free]
+        slopes = self.law.jacobian(self.constants, observations)[:, self.is_free]
         return slopes / mu[:, np.newaxis]
 
-    def at_bound(self) -> BoolArray:
+    def is_at_bound(self) -> BoolArray:
         """Whether each free constant is at a bound of its search, shape (free constants,)."""
         lower = np.array([constant.lower for constant in self.law.constants])
         upper = np.array([constant.upper for constant in self.law.constants])
         distance = np.minimum(self.constants - lower, upper - self.constants)
-        return (distance <= _AT_BOUND * (upper - lower))[self.free]
+        return (distance <= _AT_BOUND * (upper - lower))[self.is_free]
 
     def _observations(self, conditions: FloatArray, slip: FloatArray) -> Observations:
-        """Points with one row of the design each."""
+        """Points as the law takes them, each with a row of the design of its own."""
         design = self.law.design(self.conditions_of_law(conditions))
         return Observations(design, np.arange(len(slip)), slip)

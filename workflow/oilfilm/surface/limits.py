@@ -1,4 +1,4 @@
-"""What is asked of a surface before it gives an answer.
+"""What a surface must fulfil before it gives an answer.
 
 Decides: the level of an interval; when there is no support.
 """
@@ -13,16 +13,16 @@ class SurfaceLimits:
     Attributes:
         level: Share of points of new runs that an interval should hold, where there are conditions
             enough.
-        largest_spread: Largest standard deviation of the surface in ln mu that has support.
-        fewest_slips: Fewest slips of a curve that show the shape between them.
-        reach_in_gaps: Largest distance from a tested slip that has support, over the widest gap
-            between tested slips.
-        reach_in_slip: Largest factor between a slip and a tested one that has support. A curve
-            may rise, turn and fall in a wider gap, whatever the law says there.
-        reach_in_ranges: Largest distance from the tested conditions that has support, over the
-            tested range of a condition.
-        largest_spread_of_bound: Largest standard deviation in ln mu by a constant at its bound that
-            has support.
+        largest_spread: Largest standard deviation of ln mu of the surface where there is support.
+        fewest_slips: Fewest slips of a curve that show its shape between them.
+        reach_in_gaps: Largest distance from a tested slip where there is support, over the widest
+            gap between tested slips.
+        reach_in_slip: Largest factor between a slip and a tested one where there is support. A
+            curve may rise, turn and fall in a wider gap, whatever the law says there.
+        reach_in_ranges: Largest distance from the tested conditions where there is support, over
+            the tested range of a condition.
+        largest_spread_of_bound: Largest standard deviation of ln mu by a constant at its bound
+            where there is support.
     """
 
     level: float = 0.95

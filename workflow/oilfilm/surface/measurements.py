@@ -10,21 +10,21 @@ import numpy as np
 from oilfilm.base.levels import cluster_indices
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
-# The slip at which the scaled slip turns from linear to logarithmic.
+# The slide-roll ratio at which the scaled slip turns from linear to logarithmic.
 SLIP_SCALE = 0.003
-# Changes of ln P and of ln U, and of T in K, that count as one unit of distance.
+# Changes of ln P, of ln U and of T that are one unit of the scaled conditions.
 _PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
-# Degree of the noise over the scaled slip.
+# Degree of the polynomial that describes ln(noise) over the scaled slip.
 _NOISE_DEGREE = 2
 
 
 def scaled_slip(slip: FloatArray) -> FloatArray:
-    """t = asinh(S / 0.003), which is linear at low slip and logarithmic above."""
+    """t = asinh(S / 0.003) of each slide-roll ratio S: linear at low slip, logarithmic above."""
     return np.arcsinh(np.asarray(slip, dtype=float) / SLIP_SCALE)
 
 
 def scaled_conditions(conditions: FloatArray) -> FloatArray:
-    """ln P / 0.6, ln U / 1.5 and T / 75 K, shape (rows, 3).
+    """ln P / 0.6, ln U / 1.5 and T / 75 K of each row of conditions, shape (rows, 3).
 
     Args:
         conditions: P in GPa, U in m/s and T in degC, shape (rows, 3).
@@ -58,9 +58,9 @@ class LevelWidths:
     A campaign may state others (`same_condition` of its configuration).
 
     Attributes:
-        pressure: Of P, relative.
-        speed: Of U, relative.
-        temperature_k: Of T.
+        pressure: Range of P over its value.
+        speed: Range of U over its value.
+        temperature_k: Range of T, in K.
     """
 
     pressure: float = 0.02
@@ -79,16 +79,16 @@ class LevelWidths:
 
 
 def level_numbers(scaled: FloatArray, widths: LevelWidths) -> IndexArray:
-    """Number of the level of P, U and T in each row, from the lowest on, shape (rows, 3).
+    """Index of the level of P, U and T in each row, 0 for the lowest level, shape (rows, 3).
 
     Args:
         scaled: Scaled conditions, shape (rows, 3).
         widths: Largest range of the values of one level.
     """
     columns = zip(scaled.T, widths.scaled().tolist(), strict=True)
-    numbers = np.column_stack([cluster_indices(column, width) for column, width in columns])
+    level_of_row = np.column_stack([cluster_indices(column, width) for column, width in columns])
     # the cluster 0 is that of unknown values
-    return numbers - 1
+    return level_of_row - 1
 
 
 @dataclass(frozen=True)
@@ -97,39 +97,39 @@ class Measurements:
 
     Attributes:
         conditions: P in GPa, U in m/s and T in degC of each curve, shape (curves, 3).
-        curve: Row of `conditions` of each point, shape (points,).
+        curve_of_point: Row of `conditions` of each point, shape (points,).
         slip: Slide-roll ratio of each point, above 0, shape (points,).
         mu: Traction coefficient of each point, shape (points,).
-        noise_ratio: Noise of each point over that of a typical one, as its readings show it, shape
-            (points,); 1 if it is not given.
+        noise_ratio: Standard deviation of the noise of each point over that of a typical point, as
+            the readings of the point show it, shape (points,); 1 if it is not given.
         level_widths: Largest range of the values of one level.
-        rig: Number of the rig of each curve, not below 0, shape (curves,); None where the data do
-            not name rigs.
+        rig_of_curve: Number of the rig of each curve, not below 0, shape (curves,); None where the
+            data do not name rigs.
     """
 
     conditions: FloatArray
-    curve: IndexArray
+    curve_of_point: IndexArray
     slip: FloatArray
     mu: FloatArray
     noise_ratio: FloatArray | None = None
     level_widths: LevelWidths = LevelWidths()
-    rig: IndexArray | None = None
+    rig_of_curve: IndexArray | None = None
 
     def __post_init__(self) -> None:
         if self.noise_ratio is not None and not np.all(self.noise_ratio > 0):
             raise ValueError("a ratio of noise is not above 0")
-        if self.rig is not None and not (
-            len(self.rig) == len(self.conditions) and np.all(self.rig >= 0)
+        if self.rig_of_curve is not None and not (
+            len(self.rig_of_curve) == len(self.conditions) and np.all(self.rig_of_curve >= 0)
         ):
             raise ValueError("expected the number of a rig, not below 0, for each curve")
         if self.conditions.ndim != 2 or self.conditions.shape[1] != 3:
             raise ValueError(
                 f"conditions have the shape {self.conditions.shape}; expected (curves, 3)"
             )
-        if not len(self.curve) == len(self.slip) == len(self.mu):
+        if not len(self.curve_of_point) == len(self.slip) == len(self.mu):
             raise ValueError(
-                f"{len(self.curve)} numbers of curves, {len(self.slip)} slips and {len(self.mu)} "
-                "values of mu; expected one of each per point"
+                f"{len(self.curve_of_point)} numbers of curves, {len(self.slip)} slips and "
+                f"{len(self.mu)} values of mu; expected one of each per point"
             )
         if not (np.isfinite(self.slip).all() and np.isfinite(self.mu).all()):
             raise ValueError("a slip or a mu is not finite; leave out points without a value")
@@ -144,68 +144,87 @@ class Measurements:
                 "a pressure, a speed or a temperature in degC is not above 0; laws are powers of "
                 "all three: leave out such curves"
             )
-        if not np.array_equal(np.unique(self.curve), np.arange(len(self.conditions))):
+        if not np.array_equal(np.unique(self.curve_of_point), np.arange(len(self.conditions))):
             raise ValueError("a curve has no point; leave out curves without points")
 
     @property
     def point_conditions(self) -> FloatArray:
         """P, U and T of each point, shape (points, 3)."""
-        return self.conditions[self.curve]
+        return self.conditions[self.curve_of_point]
 
     @property
     def rig_count(self) -> int:
         """Number of rigs; 1 where the data do not name them."""
-        return 1 if self.rig is None else len(np.unique(self.rig))
+        return 1 if self.rig_of_curve is None else len(np.unique(self.rig_of_curve))
 
     def level_numbers(self) -> IndexArray:
-        """Number of the level of P, U and T of each curve, shape (curves, 3)."""
+        """Index of the level of P, U and T of each curve, shape (curves, 3)."""
         return level_numbers(scaled_conditions(self.conditions), self.level_widths)
 
-    def condition_numbers(self) -> IndexArray:
-        """Number of the condition of each curve; repeated runs share it. Shape (curves,)."""
-        _, number = np.unique(self.level_numbers(), axis=0, return_inverse=True)
-        return np.asarray(number, dtype=np.int64).ravel()
+    def condition_of_curve(self) -> IndexArray:
+        """Index of the condition of each curve, shape (curves,).
+
+        Repeated runs have the same condition: their P, U and T have the same levels.
+        """
+        _, condition_of_curve = np.unique(self.level_numbers(), axis=0, return_inverse=True)
+        return np.asarray(condition_of_curve, dtype=np.int64).ravel()
 
     def in_canonical_order(self) -> "Measurements":
         """The same points, ordered by their values: no result depends on the order of rows."""
-        curves, points = self.canonical_order()
-        sizes = np.bincount(self.curve)[curves]
+        curve_indices, point_indices = self.canonical_order()
+        point_counts = np.bincount(self.curve_of_point)[curve_indices]
         return replace(
             self,
-            conditions=self.conditions[curves],
-            curve=np.repeat(np.arange(len(curves)), sizes),
-            slip=self.slip[points],
-            mu=self.mu[points],
-            noise_ratio=None if self.noise_ratio is None else self.noise_ratio[points],
-            rig=None if self.rig is None else self.rig[curves],
+            conditions=self.conditions[curve_indices],
+            curve_of_point=np.repeat(np.arange(len(curve_indices)), point_counts),
+            slip=self.slip[point_indices],
+            mu=self.mu[point_indices],
+            noise_ratio=None if self.noise_ratio is None else self.noise_ratio[point_indices],
+            rig_of_curve=None if self.rig_of_curve is None else self.rig_of_curve[curve_indices],
         )
 
     def canonical_order(self) -> tuple[IndexArray, IndexArray]:
-        """Rows of curves and rows of points in the order of their values."""
-        by_value = np.lexsort([self.mu, self.slip, self.curve])
-        ends = np.cumsum(np.bincount(self.curve))[:-1]
-        points_of_curves = np.split(by_value, ends)
+        """Indices of the curves, and indices of the points, sorted by their values.
 
-        _, place, counts = np.unique(
+        Curves are sorted by their conditions, then by the slips and mu of their points. Points are
+        sorted by their curve, then by slip and mu.
+
+        Returns:
+            Shapes (curves,) and (points,).
+        """
+        points_by_value = np.lexsort([self.mu, self.slip, self.curve_of_point])
+        ends = np.cumsum(np.bincount(self.curve_of_point))[:-1]
+        points_of_curve = np.split(points_by_value, ends)
+
+        _, rank_of_condition, curve_counts = np.unique(
             self.conditions, axis=0, return_inverse=True, return_counts=True
         )
-        place = place.ravel()
+        rank_of_condition = rank_of_condition.ravel()
 
-        def content(row: int) -> tuple[float, ...]:
-            # of most curves the conditions are enough
-            is_shared = counts[place[row]] > 1
-            points = points_of_curves[row] if is_shared else points_of_curves[row][:0]
-            return (place[row], *self.slip[points], *self.mu[points])
+        def sort_key(curve_index: int) -> tuple[float, ...]:
+            """What the curves are sorted by."""
+            condition_rank = rank_of_condition[curve_index]
+            if curve_counts[condition_rank] == 1:
+                # of most curves the condition is enough
+                return (condition_rank,)
+            points = points_of_curve[curve_index]
+            return (condition_rank, *self.slip[points], *self.mu[points])
 
-        rows = sorted(range(len(points_of_curves)), key=content)
-        points = np.concatenate([points_of_curves[row] for row in rows])
-        return np.array(rows, dtype=np.int64), points
+        curve_indices = sorted(range(len(points_of_curve)), key=sort_key)
+        point_indices = np.concatenate(
+            [points_of_curve[curve_index] for curve_index in curve_indices]
+        )
+        return np.array(curve_indices, dtype=np.int64), point_indices
 
-    def select_curves(self, rows: IndexArray) -> "Measurements":
-        """The points of some curves, which are numbered anew in their old order."""
+    def select_curves(self, curve_indices: IndexArray) -> "Measurements":
+        """The points of some curves. The curves keep their order and are numbered from 0.
+
+        Args:
+            curve_indices: Indices of these curves.
+        """
         is_chosen = np.zeros(len(self.conditions), dtype=bool)
-        is_chosen[rows] = True
-        return self.select_points(is_chosen[self.curve])
+        is_chosen[curve_indices] = True
+        return self.select_points(is_chosen[self.curve_of_point])
 
     def select_points(self, is_chosen: BoolArray) -> "Measurements":
         """Some points; curves that lose all their points are left out.
@@ -213,48 +232,52 @@ class Measurements:
         Args:
             is_chosen: Whether each point stays, shape (points,).
         """
-        rows, curve = np.unique(self.curve[is_chosen], return_inverse=True)
+        curve_indices, new_curve_of_point = np.unique(
+            self.curve_of_point[is_chosen], return_inverse=True
+        )
         return replace(
             self,
-            conditions=self.conditions[rows],
-            curve=curve,
+            conditions=self.conditions[curve_indices],
+            curve_of_point=new_curve_of_point,
             slip=self.slip[is_chosen],
             mu=self.mu[is_chosen],
             noise_ratio=None if self.noise_ratio is None else self.noise_ratio[is_chosen],
-            rig=None if self.rig is None else self.rig[rows],
+            rig_of_curve=None if self.rig_of_curve is None else self.rig_of_curve[curve_indices],
         )
 
-    def at_conditions(self, row: int, conditions: FloatArray) -> "Measurements":
-        """The points of one curve, as if they had been measured at each of some conditions.
+    def copied_to_conditions(self, curve_index: int, conditions: FloatArray) -> "Measurements":
+        """One copy of a curve at each of some conditions, as if it had been measured there.
 
         Args:
-            row: Row of the curve.
+            curve_index: Index of the curve.
             conditions: P in GPa, U in m/s and T in degC, shape (copies, 3).
         """
-        single_run = self.select_curves(np.array([row]))
-        copies, points = len(conditions), len(single_run.slip)
-        ratio, rig = single_run.noise_ratio, single_run.rig
+        single_run = self.select_curves(np.array([curve_index]))
+        copy_count, point_count = len(conditions), len(single_run.slip)
+        noise_ratio, rig_of_curve = single_run.noise_ratio, single_run.rig_of_curve
         return replace(
             self,
             conditions=conditions,
-            curve=np.repeat(np.arange(copies), points),
-            slip=np.tile(single_run.slip, copies),
-            mu=np.tile(single_run.mu, copies),
-            noise_ratio=None if ratio is None else np.tile(ratio, copies),
-            rig=None if rig is None else np.tile(rig, copies),
+            curve_of_point=np.repeat(np.arange(copy_count), point_count),
+            slip=np.tile(single_run.slip, copy_count),
+            mu=np.tile(single_run.mu, copy_count),
+            noise_ratio=None if noise_ratio is None else np.tile(noise_ratio, copy_count),
+            rig_of_curve=None if rig_of_curve is None else np.tile(rig_of_curve, copy_count),
         )
 
     def noise_ratio_at(self, slip: FloatArray) -> FloatArray:
-        """Noise of a new point over that of a typical one, shape (points,).
+        """Noise of new points over that of a typical one, as `noise_ratio`, shape (points,).
 
-        It is a parabola in the scaled slip through the logarithms of the known ratios.
+        Its logarithm is a parabola over the scaled slip, fitted to those of `noise_ratio`.
 
         Args:
             slip: Slide-roll ratio of the new points, above 0, shape (points,).
         """
         if self.noise_ratio is None:
             return np.ones(len(slip))
-        tested = scaled_slip(self.slip)
-        degree = min(_NOISE_DEGREE, len(np.unique(tested)) - 1)
-        parabola = np.polynomial.Polynomial.fit(tested, np.log(self.noise_ratio), degree)
-        return np.asarray(np.exp(parabola(scaled_slip(slip).clip(tested.min(), tested.max()))))
+        tested_slips = scaled_slip(self.slip)
+        degree = min(_NOISE_DEGREE, len(np.unique(tested_slips)) - 1)
+        parabola = np.polynomial.Polynomial.fit(tested_slips, np.log(self.noise_ratio), degree)
+        return np.asarray(
+            np.exp(parabola(scaled_slip(slip).clip(tested_slips.min(), tested_slips.max())))
+        )

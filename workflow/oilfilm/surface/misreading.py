@@ -1,7 +1,7 @@
 """Runs whose speed or slip is read twice or half as large: as a sum in place of a mean, or reverse.
 
-Such a reading is too wrong for a small effect of a run. It is put right in the runs that may have
-it in common, and the likelihood of all points stands beside that of the points as they were read.
+Such an error is too large for an effect of a run. The reading is corrected in runs that may share
+the error. The likelihood of all points is then compared with that of the points as they were read.
 
 Decides: when a speed or a slip is called misread by a factor of two.
 """
@@ -23,7 +23,7 @@ from oilfilm.surface.threads import with_one_blas_thread
 
 # Column of the speed among the conditions.
 _SPEED = 1
-# Reading over the true value.
+# Candidates of the reading over the true value.
 _FACTORS = (2.0, 0.5)
 
 
@@ -34,34 +34,35 @@ class Misreading:
     Attributes:
         quantity: speed or slip.
         factor: Reading over the true value.
-        members: Whether each curve is misread, shape (curves,).
+        is_misread: Whether each curve is misread, shape (curves,).
         label: What these runs have in common; empty if that is not known.
-        score: Twice the logarithm of the likelihood ratio, less that of the number of candidates.
+        score: Twice the logarithm of the likelihood ratio, less twice that of the number of
+            candidates.
         is_alarm: Whether the factor explains more than chance does.
     """
 
     quantity: str
     factor: float
-    members: BoolArray
+    is_misread: BoolArray
     label: str
     score: float
     is_alarm: bool
 
-    def put_right(self, measurements: Measurements) -> Measurements:
-        """The points with the quantity divided by the factor in these runs."""
+    def corrected(self, measurements: Measurements) -> Measurements:
+        """The points, with the quantity divided by the factor in the misread runs."""
         if self.quantity == "speed":
             conditions = measurements.conditions.copy()
-            conditions[self.members, _SPEED] /= self.factor
+            conditions[self.is_misread, _SPEED] /= self.factor
             return replace(measurements, conditions=conditions)
         slip = measurements.slip.copy()
-        slip[self.members[measurements.curve]] /= self.factor
+        slip[self.is_misread[measurements.curve_of_point]] /= self.factor
         return replace(measurements, slip=slip)
 
 
 @with_one_blas_thread
 def misread_runs(
     surface: Surface,
-    labels: Mapping[str, BoolArray] | None = None,
+    members_by_label: Mapping[str, BoolArray] | None = None,
     errors: RunErrorSizes | None = None,
     limits: SteadinessLimits | None = None,
 ) -> Misreading | None:
@@ -69,49 +70,51 @@ def misread_runs(
 
     Args:
         surface: The surface; its measurements are in canonical order.
-        labels: Whether each curve has a label, by label, shape (curves,).
+        members_by_label: Whether each curve has the label, by label, shape (curves,).
         errors: Sizes of the errors of the rig, before the data.
-        limits: When a factor is named: as a label.
+        limits: `alarm`, the score above which a factor is named.
 
     Returns:
         None also for more than 150 curves, for which no factor is tried.
     """
-    measured = surface.measurements
-    candidates = list(_candidates(measured, labels or {}))
-    if not candidates or len(measured.conditions) > LARGEST_DENSE:
+    measurements_as_read = surface.measurements
+    candidates = list(_candidates(measurements_as_read, members_by_label or {}))
+    if not candidates or len(measurements_as_read.conditions) > LARGEST_DENSE:
         return None
     as_read = Relabelled.as_read(surface, errors or RunErrorSizes())
-    objective_as_read = as_read.objective_of(measured)
+    objective_as_read = as_read.objective_of(measurements_as_read)
     gains = [
-        objective_as_read - as_read.objective_of(candidate.put_right(measured))
+        objective_as_read - as_read.objective_of(candidate.corrected(measurements_as_read))
         for candidate in candidates
     ]
-    best = candidates[int(first_largest(gains))]
+    likeliest = candidates[int(first_largest(gains))]
     if max(gains) <= 0:
         return None
-    put_right = as_read.fitted_to(best.put_right(measured))
+    corrected = as_read.fitted_to(likeliest.corrected(measurements_as_read))
     ln_choices = np.log(len(candidates))
-    score = float(2 * (as_read.objective - put_right.objective - ln_choices))
+    score = float(2 * (as_read.objective - corrected.objective - ln_choices))
     alarm_score = (limits or SteadinessLimits()).alarm
-    return replace(best, score=score, is_alarm=score > alarm_score)
+    return replace(likeliest, score=score, is_alarm=score > alarm_score)
 
 
-def _candidates(measured: Measurements, labels: Mapping[str, BoolArray]) -> Iterator[Misreading]:
-    """Runs with a label, and runs of large speed or slip, with each factor."""
-    label_patterns = patterns_of_labels(labels)
-    groups = [
-        (label, label_patterns.values[:, row] > 0)
-        for row, label in enumerate(label_patterns.labels)
+def _candidates(
+    measurements_as_read: Measurements, members_by_label: Mapping[str, BoolArray]
+) -> Iterator[Misreading]:
+    """Each factor on speed and on slip: in the runs of each label, and in runs of large values."""
+    label_patterns = patterns_of_labels(members_by_label)
+    labelled_groups = [
+        (label, label_patterns.patterns[:, pattern_index] > 0)
+        for pattern_index, label in enumerate(label_patterns.labels)
     ]
-    curves = len(measured.conditions)
-    largest_slip = np.zeros(curves)
-    np.maximum.at(largest_slip, measured.curve, measured.slip)
-    by_quantity = {"speed": measured.conditions[:, _SPEED], "slip": largest_slip}
-    for quantity, values in by_quantity.items():
+    curve_count = len(measurements_as_read.conditions)
+    largest_slip = np.zeros(curve_count)
+    np.maximum.at(largest_slip, measurements_as_read.curve_of_point, measurements_as_read.slip)
+    values_by_quantity = {"speed": measurements_as_read.conditions[:, _SPEED], "slip": largest_slip}
+    for quantity, values in values_by_quantity.items():
         for factor in _FACTORS:
-            for label, members in groups:
-                yield Misreading(quantity, factor, members, label, -np.inf, False)
+            for label, is_member in labelled_groups:
+                yield Misreading(quantity, factor, is_member, label, -np.inf, False)
         if values.max() > _FACTORS[0] * values.min():
-            large = values > np.sqrt(values.min() * values.max())
-            yield Misreading(quantity, _FACTORS[0], large, "", -np.inf, False)
-            yield Misreading(quantity, _FACTORS[1], ~large, "", -np.inf, False)
+            is_large = values > np.sqrt(values.min() * values.max())
+            yield Misreading(quantity, _FACTORS[0], is_large, "", -np.inf, False)
+            yield Misreading(quantity, _FACTORS[1], ~is_large, "", -np.inf, False)

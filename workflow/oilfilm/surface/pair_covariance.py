@@ -49,17 +49,17 @@ _NOISE = _ERROR_SIZES - 1
 
 @dataclass(frozen=True)
 class PairSizes:
-    """All sizes of a pair.
+    """All sizes of the description of two oils.
 
     Attributes:
-        common: Sizes of the effects of runs, of the noise and of c.
-        ratio: The same effects and noise, and the sizes of r.
+        common_sizes: Sizes of the effects of runs, of the noise and of c, the common departure.
+        ratio_sizes: Sizes of r, the ratio, with the same effects and noise.
         law_difference: Standard deviation of the difference of the constants of the law, over that
             of a constant in a surface.
     """
 
-    common: Sizes
-    ratio: Sizes
+    common_sizes: Sizes
+    ratio_sizes: Sizes
     law_difference: float
 
     @classmethod
@@ -67,22 +67,22 @@ class PairSizes:
         """The sizes from their logarithms.
 
         Args:
-            logarithms: Those of `common` in the order of `size_names`, then those of `ratio`
-                without effects and noise, then that of `law_difference`.
+            logarithms: Those of `common_sizes` in the order of `size_names`, then those of
+                `ratio_sizes` without effects and noise, then that of `law_difference`.
         """
         end_of_common = (len(logarithms) - 1 + _ERROR_SIZES) // 2
         ratio_logarithms = np.concatenate([logarithms[:_ERROR_SIZES], logarithms[end_of_common:-1]])
         return cls(
-            common=Sizes.from_logarithms(logarithms[:end_of_common]),
-            ratio=Sizes.from_logarithms(ratio_logarithms),
+            common_sizes=Sizes.from_logarithms(logarithms[:end_of_common]),
+            ratio_sizes=Sizes.from_logarithms(ratio_logarithms),
             law_difference=float(np.exp(logarithms[-1])),
         )
 
     def with_caution(self) -> "PairSizes":
         """The sizes for intervals, from the most likely ones."""
-        departure = self.ratio.departure
+        departure = self.ratio_sizes.departure_sizes
         cautious = replace(departure, kappa=_CAUTION * departure.kappa)
-        return replace(self, ratio=replace(self.ratio, departure=cautious))
+        return replace(self, ratio_sizes=replace(self.ratio_sizes, departure_sizes=cautious))
 
 
 def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:
@@ -96,81 +96,93 @@ class PairCovariance:
     """Covariance of the coordinates of the curves of both oils.
 
     Attributes:
-        common: Covariance of what has no oil: law, c, effects of runs and noise.
-        ratio: Covariance of r at the same coordinates. Its effects and noise are not used.
+        common_covariance: Covariance of what does not depend on the oil: law, c, effects of runs
+            and noise.
+        ratio_covariance: Covariance of r at the same coordinates. Its effects and noise are not
+            used.
         half_sign: -1/2 for the first oil and 1/2 for the second, shape (coordinates,).
         law_difference: See `PairSizes`.
     """
 
-    common: CurveCovariance
-    ratio: CurveCovariance
+    common_covariance: CurveCovariance
+    ratio_covariance: CurveCovariance
     half_sign: FloatArray
     law_difference: float
 
     @classmethod
     def from_curves(
-        cls, curves: ReducedCurves, box: ConditionBox, oil: IndexArray, sizes: PairSizes
+        cls, curves: ReducedCurves, box: ConditionBox, oil_of_curve: IndexArray, sizes: PairSizes
     ) -> "PairCovariance":
         """The covariance of curves.
 
         Args:
             curves: The curves of both oils.
             box: The box of the tested conditions.
-            oil: 0 for curves of the first oil and 1 for those of the second, shape (curves,).
+            oil_of_curve: 0 for curves of the first oil, 1 for those of the second, shape (curves,).
             sizes: The sizes.
         """
-        slopes = _slopes_of_ratio(curves.to_slips, curves.law_slopes, sizes.law_difference)
+        slopes = _slopes_of_ratio(
+            curves.slip_weights_of_coordinates, curves.law_slopes, sizes.law_difference
+        )
         # between two levels the ratio bends by its own size: what laws miss there, both oils share
         ratio_box = replace(box, level_counts=np.maximum(box.level_counts, 3))
         return cls(
-            common=CurveCovariance(curves, box, sizes.common),
-            ratio=CurveCovariance(replace(curves, law_slopes=slopes), ratio_box, sizes.ratio),
-            half_sign=oil[curves.curve].astype(float) - 0.5,
+            common_covariance=CurveCovariance(curves, box, sizes.common_sizes),
+            ratio_covariance=CurveCovariance(
+                replace(curves, law_slopes=slopes), ratio_box, sizes.ratio_sizes
+            ),
+            half_sign=oil_of_curve[curves.curve_of_coordinate].astype(float) - 0.5,
             law_difference=sizes.law_difference,
         )
 
     @cached_property
-    def measured(self) -> Coordinates:
-        """All coordinates, as values of ln mu."""
-        return self.common.curves.select(np.arange(len(self.half_sign)))
+    def all_coordinates(self) -> Coordinates:
+        """All measured coordinates, as values of ln mu."""
+        return self.common_covariance.curves.select_coordinates(np.arange(len(self.half_sign)))
 
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
-        return self.common.matrix() + self.half_sign[:, np.newaxis] * self.ratio_covariance(
-            self.measured
-        )
+        return self.common_covariance.matrix() + self.half_sign[
+            :, np.newaxis
+        ] * self.ratio_covariance_at(self.all_coordinates)
 
-    def ratio_covariance(self, targets: Coordinates) -> FloatArray:
+    def ratio_covariance_at(self, targets: Coordinates) -> FloatArray:
         """Covariance of r at the targets with the coordinates, shape (targets, coordinates)."""
-        across = smooth_covariance(self.ratio, self.as_ratio(targets), self.as_ratio(self.measured))
+        across = smooth_covariance(
+            self.ratio_covariance, self.as_ratio(targets), self.as_ratio(self.all_coordinates)
+        )
         return across * self.half_sign
 
-    def oil_covariance(self, targets: Coordinates, oil: int) -> FloatArray:
+    def oil_covariance_at(self, targets: Coordinates, oil_index: int) -> FloatArray:
         """Covariance of ln mu of an oil with the coordinates, shape (targets, coordinates).
 
         Args:
             targets: Where ln mu is wanted.
-            oil: 0 or 1.
+            oil_index: 0 for the first oil, 1 for the second.
         """
-        common_covariance = smooth_covariance(self.common, targets, self.measured)
-        return common_covariance + (oil - 0.5) * self.ratio_covariance(targets)
+        covariance_of_common = smooth_covariance(
+            self.common_covariance, targets, self.all_coordinates
+        )
+        return covariance_of_common + (oil_index - 0.5) * self.ratio_covariance_at(targets)
 
     def as_ratio(self, targets: Coordinates) -> Coordinates:
-        """Values of r where the targets are values of ln mu."""
+        """The values of r at the points at which the targets are values of ln mu."""
         slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference)
         return replace(targets, law_slopes=slopes)
 
     def slopes(self, weight: FloatArray) -> FloatArray:
-        """Sums of `weight` times the derivative by each logarithm, in the order of `PairSizes`.
+        """Sum of `weight` times the derivative of the covariance by the logarithm of each size.
+
+        The order is that of `PairSizes.from_logarithms`.
 
         Args:
             weight: Symmetric, shape (coordinates, coordinates).
         """
         weight_of_ratio = weight * np.outer(self.half_sign, self.half_sign)
-        ratio_slopes = self.ratio.slopes(weight_of_ratio)[_ERROR_SIZES:]
-        by_law = self.law_difference * self.common.curves.law_slopes
-        law_slope = 2 * np.sum(by_law * (weight_of_ratio @ by_law))
-        return np.concatenate([self.common.slopes(weight), ratio_slopes, [law_slope]])
+        ratio_slopes = self.ratio_covariance.slopes(weight_of_ratio)[_ERROR_SIZES:]
+        law_slopes = self.law_difference * self.common_covariance.curves.law_slopes
+        law_slope = 2 * np.sum(law_slopes * (weight_of_ratio @ law_slopes))
+        return np.concatenate([self.common_covariance.slopes(weight), ratio_slopes, [law_slope]])
 
 
 def objective(
@@ -182,11 +194,11 @@ def objective(
 
     Args:
         logarithms: Logarithms of the sizes, in the order of `PairSizes`.
-        covariance_of: The covariance with some sizes.
+        covariance_of: Makes the covariance with some sizes.
         size_priors: The priors of the sizes.
     """
     covariance = covariance_of(PairSizes.from_logarithms(logarithms))
-    curves = covariance.common.curves
+    curves = covariance.common_covariance.curves
     factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
     inverse = scipy.linalg.cho_solve((factor, True), np.eye(len(factor)))
     weights = inverse @ curves.departure
@@ -209,7 +221,7 @@ def most_likely_pair(
     """The most likely sizes of a pair, as logarithms in the order of `PairSizes`.
 
     Args:
-        covariance_of: The covariance with some sizes.
+        covariance_of: Makes the covariance with some sizes.
         size_priors: The priors of the sizes.
     """
     return most_likely_logarithms(

@@ -1,8 +1,9 @@
 """The smooth part of a surface given the curves: dense, or on the curves of a few conditions.
 
-Both know the coordinates that others predict without one condition in closed form, because what
-is left out of a normal distribution follows from blocks of the inverse covariance:
-error = (K^-1)_cc^-1 (K^-1 y)_c, with the covariance (K^-1)_cc^-1.
+Both predict the coordinates of one condition from all others in closed form. What is left out of a
+normal distribution follows from blocks of the inverse covariance:
+error = (K^-1)_cc^-1 (K^-1 y)_c, with the covariance (K^-1)_cc^-1, where K is the covariance of the
+coordinates y, and c stands for the coordinates that are left out.
 
 References: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
 Eqs 2.23-2.24 and 5.12; E. Snelson, Z. Ghahramani, AISTATS 2007 (blocks of the remainder).
@@ -25,7 +26,8 @@ from oilfilm.surface.reml import CurveCovariance
 
 # Added to the variance of each inducing coordinate, in units of the mean variance.
 _JITTER = 1e-10
-# Curves whose blocks are found at once: few calls, and little work on what is 0 between curves.
+# Number of curves whose blocks are computed at once. With more curves most of the work would be on
+# entries between curves, which are 0; with fewer there would be many calls.
 _CURVES_AT_ONCE = 20
 
 
@@ -34,12 +36,12 @@ class LeftOut:
     """The coordinates of a group of curves, as all other curves predict them.
 
     Attributes:
-        coordinates: Indices of the coordinates.
+        coordinate_indices: Indices of the coordinates of the group.
         precision: Their block of K^-1, shape (coordinates, coordinates).
         weights: Their part of K^-1 y, shape (coordinates,).
     """
 
-    coordinates: IndexArray
+    coordinate_indices: IndexArray
     precision: FloatArray
     weights: FloatArray
 
@@ -56,125 +58,153 @@ class LeftOut:
 
 
 class FreedomOfLaw(NamedTuple):
-    """What is free in the law, in its standard deviations before the data.
+    """What the curves say of the constants and bends of the law that are free in a surface.
 
-    The order is that of `oilfilm.surface.reduction.slopes_of_law`.
+    Each is in units of its standard deviation before the data. The order is that of
+    `oilfilm.surface.reduction.slopes_of_law`.
 
     Attributes:
-        change: Expected change, shape (slopes,).
-        covariance: Its covariance, shape (slopes, slopes).
+        expected_change: Expected change of each, shape (slopes,).
+        covariance: Covariance of the changes, shape (slopes, slopes).
     """
 
-    change: FloatArray
+    expected_change: FloatArray
     covariance: FloatArray
 
 
 class Posterior(Protocol):
     """The smooth part of ln mu, less the law, given the curves.
 
-    Targets are the points, or weighted sums of points, at which it is wanted.
+    Targets are the points, or weighted sums over points, at which it is wanted.
     """
 
     def mean(self, targets: Coordinates) -> FloatArray:
-        """Expected value at each point, shape (points,)."""
+        """Expected value at each target, shape (targets,)."""
         ...
 
     def variance(self, targets: Coordinates) -> FloatArray:
-        """Variance at each point, shape (points,)."""
+        """Variance at each target, shape (targets,)."""
         ...
 
     def freedom_of_law(self) -> FreedomOfLaw:
-        """What the curves say of what is free in the law."""
+        """What the curves say of the constants and bends of the law that are free."""
         ...
 
-    def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
+    def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
         """Each group of curves as the others predict it.
 
         Args:
-            group: Number of the group of each curve, from 0, shape (curves,).
+            group_of_curve: Index of the group of each curve, from 0, shape (curves,).
         """
         ...
 
 
 def smooth_covariance(
-    covariance: CurveCovariance, left: Coordinates, right: Coordinates
+    covariance: CurveCovariance, row_coordinates: Coordinates, column_coordinates: Coordinates
 ) -> FloatArray:
-    """Covariance of the smooth part, shape (coordinates of left, coordinates of right)."""
+    """Covariance of the smooth part of ln mu, shape (row coordinates, column coordinates)."""
     # C_E and C_G of `kernels`
-    overall_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
-    over_slip = (right.weights @ (left.weights @ _slip_covariance(covariance, left, right)).T).T
-    total = slip_factor[:, right.row][left.row]
-    total *= over_slip
-    overall_covariance = overall_factor[:, right.row][left.row]
-    overall_covariance *= _size_in_coordinates(covariance, left)[:, np.newaxis]
-    overall_covariance *= _size_in_coordinates(covariance, right)
+    overall_factor, slip_factor = covariance.kernel.factors(
+        row_coordinates.conditions, column_coordinates.conditions
+    )
+    row_condition = row_coordinates.condition_of_coordinate
+    column_condition = column_coordinates.condition_of_coordinate
+    slip_covariance = _slip_covariance(covariance, row_coordinates, column_coordinates)
+    row_sums = row_coordinates.weights @ slip_covariance
+    covariance_over_slip = (column_coordinates.weights @ row_sums.T).T
+    total = slip_factor[:, column_condition][row_condition]
+    total *= covariance_over_slip
+    overall_covariance = overall_factor[:, column_condition][row_condition]
+    overall_covariance *= _size_in_coordinates(covariance, row_coordinates)[:, np.newaxis]
+    overall_covariance *= _size_in_coordinates(covariance, column_coordinates)
     total += overall_covariance
-    total += left.law_slopes @ right.law_slopes.T
+    total += row_coordinates.law_slopes @ column_coordinates.law_slopes.T
     if covariance.sizes.rig_gain:
-        total += covariance.sizes.rig_gain**2 * left.rig_products(right)
+        total += covariance.sizes.rig_gain**2 * row_coordinates.rig_products(column_coordinates)
     return total
 
 
 def weighted_covariance(
-    covariance: CurveCovariance, left: Coordinates, right: Coordinates, weights: FloatArray
+    covariance: CurveCovariance,
+    row_coordinates: Coordinates,
+    column_coordinates: Coordinates,
+    weights: FloatArray,
 ) -> FloatArray:
-    """`smooth_covariance` times weights of the right coordinates, shape (coordinates of left,).
+    """`smooth_covariance` times weights of the column coordinates, shape (row coordinates,).
 
     The weights are first summed over the coordinates of each condition, so that the covariance of
     all coordinates is never made.
     """
-    overall_factor, slip_factor = covariance.kernel.factors(left.conditions, right.conditions)
-    count = len(right.conditions)
-    sum_by_condition = scipy.sparse.csr_array(
-        (weights, (right.row, np.arange(len(weights)))), (count, len(weights))
+    overall_factor, slip_factor = covariance.kernel.factors(
+        row_coordinates.conditions, column_coordinates.conditions
     )
-    by_overall = np.asarray(
-        overall_factor @ (sum_by_condition @ _size_in_coordinates(covariance, right))
+    row_condition = row_coordinates.condition_of_coordinate
+    column_condition = column_coordinates.condition_of_coordinate
+    # times a column of coordinates, it sums the weighted coordinates of each condition
+    weighted_sum = scipy.sparse.csr_array(
+        (weights, (column_condition, np.arange(len(weights)))),
+        (len(column_coordinates.conditions), len(weights)),
     )
-    by_slip = np.asarray(slip_factor @ (sum_by_condition @ right.weights))
-    over_slip = left.weights @ _slip_covariance(covariance, left, right)
-    product = np.sum(over_slip * by_slip[left.row], axis=1)
-    product += _size_in_coordinates(covariance, left) * by_overall[left.row]
-    product += left.law_slopes @ (right.law_slopes.T @ weights)
+    column_sizes = _size_in_coordinates(covariance, column_coordinates)
+    overall_sums = np.asarray(overall_factor @ (weighted_sum @ column_sizes))
+    slip_sums = np.asarray(slip_factor @ (weighted_sum @ column_coordinates.weights))
+    slip_covariance = _slip_covariance(covariance, row_coordinates, column_coordinates)
+    product = np.sum((row_coordinates.weights @ slip_covariance) * slip_sums[row_condition], axis=1)
+    product += _size_in_coordinates(covariance, row_coordinates) * overall_sums[row_condition]
+    product += row_coordinates.law_slopes @ (column_coordinates.law_slopes.T @ weights)
     if covariance.sizes.rig_gain:
-        product += covariance.sizes.rig_gain**2 * (left.rig_products(right) @ weights)
+        product += covariance.sizes.rig_gain**2 * (
+            row_coordinates.rig_products(column_coordinates) @ weights
+        )
     return product
 
 
 def _size_in_coordinates(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
     """Coordinates of w, the size of the departure over slip, shape (coordinates,)."""
-    return np.asarray(targets.weights @ covariance.sizes.departure.over_slip(targets.slips))
+    return np.asarray(
+        targets.weights @ covariance.sizes.departure_sizes.size_at_slips(targets.slips)
+    )
 
 
 def _slip_covariance(
-    covariance: CurveCovariance, left: Coordinates, right: Coordinates
+    covariance: CurveCovariance, row_coordinates: Coordinates, column_coordinates: Coordinates
 ) -> FloatArray:
-    """w M w' between the slips, shape (slips of left, slips of right)."""
-    departure = covariance.sizes.departure
-    distance = np.subtract.outer(left.slips, right.slips)
+    """w M w' of `kernels` between the slips, shape (row slips, column slips)."""
+    departure = covariance.sizes.departure_sizes
+    distance = np.subtract.outer(row_coordinates.slips, column_coordinates.slips)
     correlation = matern(distance / departure.slip_length)
-    correlation *= departure.over_slip(left.slips)[:, np.newaxis]
-    correlation *= departure.over_slip(right.slips)
+    correlation *= departure.size_at_slips(row_coordinates.slips)[:, np.newaxis]
+    correlation *= departure.size_at_slips(column_coordinates.slips)
     return correlation
 
 
 def smooth_variance(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
     """Variance of the smooth part at points before the data, shape (points,)."""
     law_variance = np.sum(targets.law_slopes**2, axis=1)
-    size_over_slip = covariance.sizes.departure.over_slip(targets.slips)
+    size_over_slip = covariance.sizes.departure_sizes.size_at_slips(targets.slips)
     departure_variance = (
-        size_over_slip**2 * covariance.kernel.variances(targets.conditions)[targets.row]
+        size_over_slip**2
+        * covariance.kernel.variances(targets.conditions)[targets.condition_of_coordinate]
     )
-    rig_variance = covariance.sizes.rig_gain**2 * targets.gain**2 * (targets.rig != ANOTHER_RIG)
+    rig_variance = (
+        covariance.sizes.rig_gain**2 * targets.gain**2 * (targets.rig_of_coordinate != ANOTHER_RIG)
+    )
     return departure_variance + law_variance + rig_variance
 
 
-def coordinates_by_group(curves_of_coordinates: IndexArray, group: IndexArray) -> list[IndexArray]:
-    """Indices of the coordinates of each group of curves."""
-    group_of_coordinates = group[curves_of_coordinates]
-    order = np.argsort(group_of_coordinates, kind="stable")
-    counts = np.bincount(group_of_coordinates)
-    return np.split(order, np.cumsum(counts)[:-1])
+def coordinates_by_group(
+    curve_of_coordinate: IndexArray, group_of_curve: IndexArray
+) -> list[IndexArray]:
+    """Indices of the coordinates of each group of curves, one array per group.
+
+    Args:
+        curve_of_coordinate: Index of the curve of each coordinate, shape (coordinates,).
+        group_of_curve: Index of the group of each curve, from 0, shape (curves,).
+    """
+    group_of_coordinate = group_of_curve[curve_of_coordinate]
+    coordinates_in_order = np.argsort(group_of_coordinate, kind="stable")
+    counts = np.bincount(group_of_coordinate)
+    return np.split(coordinates_in_order, np.cumsum(counts)[:-1])
 
 
 @dataclass(frozen=True)
@@ -188,7 +218,7 @@ class DensePosterior:
     covariance: CurveCovariance
 
     @cached_property
-    def factor(self) -> FloatArray:
+    def covariance_factor(self) -> FloatArray:
         """Lower Cholesky factor of the covariance of the coordinates."""
         return np.asarray(scipy.linalg.cholesky(self.covariance.matrix(), lower=True))
 
@@ -204,15 +234,19 @@ class DensePosterior:
     def variance(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
         across = smooth_covariance(self.covariance, targets, self.all_coordinates)
-        whitened_across = scipy.linalg.solve_triangular(self.factor, across.T, lower=True)
+        whitened_across = scipy.linalg.solve_triangular(
+            self.covariance_factor, across.T, lower=True
+        )
         return smooth_variance(self.covariance, targets) - np.sum(whitened_across**2, axis=0)
 
-    def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
+    def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
         """See `Posterior`."""
         inverse = self._solved(np.eye(len(self.weights)))
-        for coordinates in coordinates_by_group(self.covariance.curves.curve, group):
-            block = inverse[np.ix_(coordinates, coordinates)]
-            yield LeftOut(coordinates, block, self.weights[coordinates])
+        for coordinate_indices in coordinates_by_group(
+            self.covariance.curves.curve_of_coordinate, group_of_curve
+        ):
+            block = inverse[np.ix_(coordinate_indices, coordinate_indices)]
+            yield LeftOut(coordinate_indices, block, self.weights[coordinate_indices])
 
     def freedom_of_law(self) -> FreedomOfLaw:
         """See `Posterior`."""
@@ -223,23 +257,24 @@ class DensePosterior:
     @cached_property
     def all_coordinates(self) -> Coordinates:
         """All coordinates."""
-        return self.covariance.curves.select(np.arange(len(self.weights)))
+        return self.covariance.curves.select_coordinates(np.arange(len(self.weights)))
 
-    def _solved(self, right: FloatArray) -> FloatArray:
+    def _solved(self, vectors: FloatArray) -> FloatArray:
         """K^-1 times vectors."""
-        return np.asarray(scipy.linalg.cho_solve((self.factor, True), right))
+        return np.asarray(scipy.linalg.cho_solve((self.covariance_factor, True), vectors))
 
 
 class CurveFeatures(NamedTuple):
-    """The coordinates of one or more curves, as a `NystromPosterior` has them.
+    """The coordinates of one or more curves, as features of a `NystromPosterior`.
 
     Attributes:
-        coordinates: Indices of the coordinates.
+        coordinate_indices: Indices of the coordinates.
         features: F of these coordinates, shape (coordinates, inducing).
-        unshared_factor: Lower Cholesky factor of the covariance that different curves do not share.
+        unshared_factor: Lower Cholesky factor of their covariance beyond the features, which only
+            coordinates of one curve share, shape (coordinates, coordinates).
     """
 
-    coordinates: IndexArray
+    coordinate_indices: IndexArray
     features: FloatArray
     unshared_factor: FloatArray
 
@@ -248,26 +283,29 @@ class CurveFeatures(NamedTuple):
 class NystromPosterior:
     """A posterior whose cost is linear in the number of curves.
 
-    The smooth part is u' F with independent u, and a remainder that only the points of one curve
-    share. With all curves inducing it is the exact posterior.
+    The smooth part is F u with independent u, plus a remainder that only the points of one curve
+    share. F follows from the covariance with the inducing curves. With all curves inducing it is
+    the exact posterior.
 
     Attributes:
         covariance: Covariance of the curves.
-        inducing: Indices of the coordinates of the inducing curves.
+        inducing_indices: Indices of the coordinates of the inducing curves.
     """
 
     covariance: CurveCovariance
-    inducing: IndexArray
+    inducing_indices: IndexArray
 
     @cached_property
-    def basis(self) -> Coordinates:
+    def inducing_coordinates(self) -> Coordinates:
         """The inducing coordinates."""
-        return self.covariance.curves.select(self.inducing)
+        return self.covariance.curves.select_coordinates(self.inducing_indices)
 
     @cached_property
-    def factor(self) -> FloatArray:
+    def inducing_factor(self) -> FloatArray:
         """Lower Cholesky factor of the smooth covariance of the inducing coordinates."""
-        inducing_covariance = smooth_covariance(self.covariance, self.basis, self.basis)
+        inducing_covariance = smooth_covariance(
+            self.covariance, self.inducing_coordinates, self.inducing_coordinates
+        )
         jitter = _JITTER * np.mean(np.diag(inducing_covariance))
         return np.asarray(
             scipy.linalg.cholesky(
@@ -279,13 +317,13 @@ class NystromPosterior:
     def inducing_posterior(self) -> tuple[FloatArray, FloatArray]:
         """Lower Cholesky factor of the precision of u given the curves, and the mean of u."""
         # the mean solves precision u = pull
-        precision = np.eye(len(self.inducing))
-        pull = np.zeros(len(self.inducing))
+        precision = np.eye(len(self.inducing_indices))
+        pull = np.zeros(len(self.inducing_indices))
         every_curve = np.arange(len(self.covariance.curves.conditions))
-        for rows in _in_blocks(every_curve, every_curve):
-            coordinates, features, unshared_factor = self._curves(rows)
+        for curve_indices in _in_blocks(every_curve, every_curve):
+            coordinate_indices, features, unshared_factor = self._features_of_curves(curve_indices)
             whitened = scipy.linalg.solve_triangular(unshared_factor, features, lower=True)
-            departure = self.covariance.curves.departure[coordinates]
+            departure = self.covariance.curves.departure[coordinate_indices]
             precision += whitened.T @ whitened
             pull += whitened.T @ scipy.linalg.solve_triangular(
                 unshared_factor, departure, lower=True
@@ -297,11 +335,15 @@ class NystromPosterior:
     def weights(self) -> FloatArray:
         """Weights of the inducing coordinates in the mean, shape (inducing,)."""
         _, mean = self.inducing_posterior
-        return np.asarray(scipy.linalg.solve_triangular(self.factor, mean, lower=True, trans="T"))
+        return np.asarray(
+            scipy.linalg.solve_triangular(self.inducing_factor, mean, lower=True, trans="T")
+        )
 
     def mean(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        return weighted_covariance(self.covariance, targets, self.basis, self.weights)
+        return weighted_covariance(
+            self.covariance, targets, self.inducing_coordinates, self.weights
+        )
 
     def variance(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
@@ -311,12 +353,12 @@ class NystromPosterior:
         remainder = smooth_variance(self.covariance, targets) - np.sum(features**2, axis=1)
         return np.maximum(remainder, 0.0) + np.sum(whitened_features**2, axis=0)
 
-    def left_out(self, group: IndexArray) -> Iterator[LeftOut]:
+    def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
         """See `Posterior`."""
         precision_factor, mean = self.inducing_posterior
-        order = np.argsort(group, kind="stable")
-        for block in _in_blocks(order, group[order]):
-            coordinates, features, unshared_factor = self._curves(block)
+        curves_by_group = np.argsort(group_of_curve, kind="stable")
+        for curve_indices in _in_blocks(curves_by_group, group_of_curve[curves_by_group]):
+            coordinate_indices, features, unshared_factor = self._features_of_curves(curve_indices)
             unshared_inverse = scipy.linalg.cho_solve(
                 (unshared_factor, True), np.eye(len(unshared_factor))
             )
@@ -324,21 +366,24 @@ class NystromPosterior:
             whitened_features = scipy.linalg.solve_triangular(
                 precision_factor, weighted.T, lower=True
             )
-            departure = self.covariance.curves.departure[coordinates]
+            departure = self.covariance.curves.departure[coordinate_indices]
             weights = unshared_inverse @ (departure - features @ mean)
-            group_of_coordinates = group[self.covariance.curves.curve[coordinates]]
-            for rows in _rows_by_group(group_of_coordinates):
-                block_of_group = unshared_inverse[np.ix_(rows, rows)]
+            group_of_coordinates = group_of_curve[
+                self.covariance.curves.curve_of_coordinate[coordinate_indices]
+            ]
+            for positions in _rows_by_group(group_of_coordinates):
+                block_of_group = unshared_inverse[np.ix_(positions, positions)]
                 precision = (
-                    block_of_group - whitened_features[:, rows].T @ whitened_features[:, rows]
+                    block_of_group
+                    - whitened_features[:, positions].T @ whitened_features[:, positions]
                 )
-                yield LeftOut(coordinates[rows], precision, weights[rows])
+                yield LeftOut(coordinate_indices[positions], precision, weights[positions])
 
     def freedom_of_law(self) -> FreedomOfLaw:
         """See `Posterior`."""
         precision_factor, mean = self.inducing_posterior
-        slopes = self.covariance.curves.law_slopes[self.inducing]
-        features = scipy.linalg.solve_triangular(self.factor, slopes, lower=True)
+        slopes = self.covariance.curves.law_slopes[self.inducing_indices]
+        features = scipy.linalg.solve_triangular(self.inducing_factor, slopes, lower=True)
         whitened_features = scipy.linalg.solve_triangular(precision_factor, features, lower=True)
         remaining_covariance = (
             np.eye(slopes.shape[1])
@@ -347,45 +392,52 @@ class NystromPosterior:
         )
         return FreedomOfLaw(features.T @ mean, remaining_covariance)
 
-    def by_curve(self) -> Iterator[CurveFeatures]:
+    def features_by_curve(self) -> Iterator[CurveFeatures]:
         """The features of each curve."""
         every_curve = np.arange(len(self.covariance.curves.conditions))
-        for rows in _in_blocks(every_curve, every_curve):
-            coordinates, features, unshared_factor = self._curves(rows)
-            for rows_of_curve in _rows_by_group(self.covariance.curves.curve[coordinates]):
+        for curve_indices in _in_blocks(every_curve, every_curve):
+            coordinate_indices, features, unshared_factor = self._features_of_curves(curve_indices)
+            for positions in _rows_by_group(
+                self.covariance.curves.curve_of_coordinate[coordinate_indices]
+            ):
                 yield CurveFeatures(
-                    coordinates[rows_of_curve],
-                    features[rows_of_curve],
-                    unshared_factor[np.ix_(rows_of_curve, rows_of_curve)],
+                    coordinate_indices[positions],
+                    features[positions],
+                    unshared_factor[np.ix_(positions, positions)],
                 )
 
-    def _curves(self, rows: IndexArray) -> CurveFeatures:
+    def _features_of_curves(self, curve_indices: IndexArray) -> CurveFeatures:
         """The features of some curves; `unshared_factor` is of a matrix with a block per curve.
 
         Args:
-            rows: Rows of the curves.
+            curve_indices: Rows of the curves.
         """
         curves, sizes = self.covariance.curves, self.covariance.sizes
-        coordinates = curves.coordinates_of(rows)
-        block = curves.select(coordinates)
-        features = self._features(block)
+        coordinate_indices = curves.coordinate_indices_of(curve_indices)
+        coordinates = curves.select_coordinates(coordinate_indices)
+        features = self._features(coordinates)
         unshared_covariance = (
-            smooth_covariance(self.covariance, block, block) - features @ features.T
+            smooth_covariance(self.covariance, coordinates, coordinates) - features @ features.T
         )
-        scaled_effects = curves.effects[coordinates] * sizes.effects
+        scaled_effects = curves.effects[coordinate_indices] * sizes.effects
         unshared_covariance += scaled_effects @ scaled_effects.T
-        unshared_covariance *= np.equal.outer(curves.curve[coordinates], curves.curve[coordinates])
+        unshared_covariance *= np.equal.outer(
+            curves.curve_of_coordinate[coordinate_indices],
+            curves.curve_of_coordinate[coordinate_indices],
+        )
         unshared_covariance[np.diag_indices_from(unshared_covariance)] += sizes.noise**2
         unshared_factor = np.asarray(scipy.linalg.cholesky(unshared_covariance, lower=True))
-        return CurveFeatures(coordinates, features, unshared_factor)
+        return CurveFeatures(coordinate_indices, features, unshared_factor)
 
     def _features(self, coordinates: Coordinates) -> FloatArray:
         """Features of coordinates, shape (coordinates, inducing)."""
-        across = smooth_covariance(self.covariance, coordinates, self.basis)
-        return np.asarray(scipy.linalg.solve_triangular(self.factor, across.T, lower=True).T)
+        across = smooth_covariance(self.covariance, coordinates, self.inducing_coordinates)
+        return np.asarray(
+            scipy.linalg.solve_triangular(self.inducing_factor, across.T, lower=True).T
+        )
 
 
-def spread_out(conditions: FloatArray, count: int) -> IndexArray:
+def spread_out(conditions: FloatArray, wanted_count: int) -> IndexArray:
     """Rows of conditions that are far from each other, by farthest-point selection.
 
     The first row is the one nearest to the mean. Of distances that are equal but for rounding the
@@ -393,35 +445,35 @@ def spread_out(conditions: FloatArray, count: int) -> IndexArray:
 
     Args:
         conditions: Scaled conditions, shape (rows, 3).
-        count: Number of rows wanted; fewer if there are fewer different conditions.
+        wanted_count: Number of rows that are chosen; fewer if there are fewer different conditions.
     """
     distance = np.linalg.norm(conditions - conditions.mean(axis=0), axis=1)
-    chosen = [int(first_smallest(distance))]
-    distance_to_chosen = np.linalg.norm(conditions - conditions[chosen[0]], axis=1)
-    while len(chosen) < count and distance_to_chosen.max() > 0:
+    chosen_rows = [int(first_smallest(distance))]
+    distance_to_chosen = np.linalg.norm(conditions - conditions[chosen_rows[0]], axis=1)
+    while len(chosen_rows) < wanted_count and distance_to_chosen.max() > 0:
         farthest = int(first_largest(distance_to_chosen))
-        chosen.append(farthest)
+        chosen_rows.append(farthest)
         distance_to_new = np.linalg.norm(conditions - conditions[farthest], axis=1)
         distance_to_chosen = np.minimum(distance_to_chosen, distance_to_new)
-    return np.sort(np.array(chosen, dtype=np.int64))
+    return np.sort(np.array(chosen_rows, dtype=np.int64))
 
 
-def _in_blocks(rows: IndexArray, group: IndexArray) -> list[IndexArray]:
-    """Rows in blocks of some curves; a group is in one block.
+def _in_blocks(curve_indices: IndexArray, group_of_curve: IndexArray) -> list[IndexArray]:
+    """Curves in blocks of about `_CURVES_AT_ONCE` groups; all curves of a group are in one block.
 
     Args:
-        rows: Rows of curves, shape (curves,).
-        group: Number of the group of each of them, in ascending order, shape (curves,).
+        curve_indices: Indices of curves, shape (curves,).
+        group_of_curve: Index of the group of each of them, in ascending order, shape (curves,).
     """
-    is_first = np.diff(group, prepend=-1) > 0
-    starts = np.flatnonzero(is_first)
-    block_of_group = starts // _CURVES_AT_ONCE
-    begins = starts[np.diff(block_of_group, prepend=-1) > 0]
-    return np.split(rows, begins[1:])
+    begins_group = np.diff(group_of_curve, prepend=-1) > 0
+    group_starts = np.flatnonzero(begins_group)
+    block_of_group = group_starts // _CURVES_AT_ONCE
+    begins = group_starts[np.diff(block_of_group, prepend=-1) > 0]
+    return np.split(curve_indices, begins[1:])
 
 
-def _rows_by_group(group: IndexArray) -> list[IndexArray]:
-    """Rows of each group that has some, in the order of their numbers."""
-    order = np.argsort(group, kind="stable")
-    begins = np.flatnonzero(np.diff(group[order])) + 1
-    return np.split(order, begins)
+def _rows_by_group(group_of_row: IndexArray) -> list[IndexArray]:
+    """Rows of each group that has rows, in the order of the groups; one array per group."""
+    rows_by_group = np.argsort(group_of_row, kind="stable")
+    begins = np.flatnonzero(np.diff(group_of_row[rows_by_group])) + 1
+    return np.split(rows_by_group, begins)

@@ -14,12 +14,13 @@ from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements
 from oilfilm.traction.law import Law
 
-# Starts of the search, so that one poor optimum does not matter.
+# Number of starts of the search, so that one poor optimum does not matter.
 _STARTS = 6
-# Exponents at the starts: those of traction are hardly larger.
+# Largest size of an exponent at the starts: those of traction are hardly larger.
 _LARGEST_FIRST_EXPONENT = 1.5
 # Residuals of ln mu far above this one count less: a bad curve must not pull the law away.
 _USUAL_RESIDUAL = 0.1
+# Largest number of evaluations of a search.
 _STEPS = 60
 
 
@@ -33,7 +34,7 @@ def quick_law(
     Args:
         law: A law by the maximum Hertz pressure, the speed and the temperature.
         measurements: The points.
-        smallest_mu: Points of less traction do not count.
+        smallest_mu: Points with a smaller mu are left out.
         start_fit: A fit to nearly the same points, at which the search starts.
 
     Raises:
@@ -46,51 +47,51 @@ def quick_law(
         )
     conditions = measurements.point_conditions[is_clear]
     slip = measurements.slip[is_clear]
-    logarithm = np.log(measurements.mu[is_clear])
-    free = _free(law, measurements)
+    measured_log_mu = np.log(measurements.mu[is_clear])
+    is_free = _free(law, measurements)
     lower = np.array([constant.lower for constant in law.constants])
     upper = np.array([constant.upper for constant in law.constants])
 
-    def law_with_free(values: FloatArray) -> FreeLaw:
+    def law_with_free(free_constants: FloatArray) -> FreeLaw:
         """The law with these values of its free constants."""
         constants = law.prescribed.copy()
-        constants[free] = values
-        return FreeLaw(law, constants, free)
+        constants[is_free] = free_constants
+        return FreeLaw(law, constants, is_free)
 
-    def residuals(values: FloatArray) -> FloatArray:
+    def residuals(free_constants: FloatArray) -> FloatArray:
         """ln(mu) of the law less the measured one, at each point."""
-        return law_with_free(values).log_mu(conditions, slip) - logarithm
+        return law_with_free(free_constants).log_mu(conditions, slip) - measured_log_mu
 
-    def slopes(values: FloatArray) -> FloatArray:
+    def slopes(free_constants: FloatArray) -> FloatArray:
         """Derivatives of the residuals with respect to the free constants."""
-        return law_with_free(values).log_slopes(conditions, slip)
+        return law_with_free(free_constants).log_slopes(conditions, slip)
 
     searches = []
     for start in _starts(law) if start_fit is None else [start_fit.constants]:
         search = scipy.optimize.least_squares(
             residuals,
-            np.clip(start, lower, upper)[free],
+            np.clip(start, lower, upper)[is_free],
             slopes,
-            bounds=(lower[free], upper[free]),
+            bounds=(lower[is_free], upper[is_free]),
             x_scale="jac",
             loss="soft_l1",
             f_scale=_USUAL_RESIDUAL,
             max_nfev=_STEPS,
         )
         searches.append(search)
-    best = int(first_smallest([search.cost for search in searches]))
-    return law_with_free(searches[best].x)
+    best_index = int(first_smallest([search.cost for search in searches]))
+    return law_with_free(searches[best_index].x)
 
 
 def _free(law: Law, measurements: Measurements) -> BoolArray:
     """Whether each constant is fitted, shape (constants,)."""
     varies = measurements.level_numbers().max(axis=0) > 0
     groups_vary = dict(zip(law.groups, law.varied_groups(varies), strict=True))
-    free = []
+    is_free = []
     for constant in law.constants:
         is_varied = constant.condition is None or groups_vary[constant.condition]
-        free.append(is_varied and constant.prescribed is None)
-    return np.array(free)
+        is_free.append(is_varied and constant.prescribed is None)
+    return np.array(is_free)
 
 
 def _starts(law: Law) -> list[FloatArray]:
@@ -98,12 +99,12 @@ def _starts(law: Law) -> list[FloatArray]:
     random = generator(0, "quick law", law.name)
     starts = []
     for _ in range(_STARTS):
-        start = []
+        constants = []
         for constant in law.constants:
             if constant.condition is None:
                 lowest = max(constant.lower, constant.start_lower)
-                start.append(random.uniform(lowest, constant.upper))
+                constants.append(random.uniform(lowest, constant.upper))
             else:
-                start.append(random.uniform(-_LARGEST_FIRST_EXPONENT, _LARGEST_FIRST_EXPONENT))
-        starts.append(np.array(start))
+                constants.append(random.uniform(-_LARGEST_FIRST_EXPONENT, _LARGEST_FIRST_EXPONENT))
+        starts.append(np.array(constants))
     return starts

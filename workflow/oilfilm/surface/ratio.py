@@ -1,8 +1,8 @@
-"""The ratio of mu of two oils at equal conditions: what both oils share cancels.
+"""The ratio of mu of two oils at equal conditions: errors that both share cancel.
 
-The runs of both oils are described together (`pair_covariance`). A run needs no partner with the
-same slips. Where only one oil was tested, the part that both share fills in as far as it is smooth,
-and the interval is wider there.
+One model describes the runs of both oils (`pair_covariance`). A run needs no partner with the same
+slips. Where only one oil was tested, the part that both share is interpolated as far as it is
+smooth, and the interval is wider.
 
 Both oils share the sizes of the effects of runs. A gain that all runs of one oil share is a part of
 the ratio that no data can tell; so is the calibration, where each oil has a rig of its own.
@@ -26,17 +26,18 @@ from oilfilm.surface.pair_covariance import PairCovariance, PairSizes, most_like
 from oilfilm.surface.posterior import LeftOut, coordinates_by_group, smooth_variance, spread_out
 from oilfilm.surface.reduction import (
     ReducedCurves,
-    at_points,
     box_of,
+    coordinates_at_points,
     is_near_zero,
-    reduced,
+    reduced_curves,
     response,
 )
 from oilfilm.surface.support import SAME_SLIP, SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
-# So many conditions, far from each other, stand for all: in the answer, and in the search of sizes.
+# Number of conditions, far from each other, that stand for all in the answer.
 LARGEST_DENSE = 120
+# Number of those that stand for all in the search of sizes.
 _CONDITIONS_FOR_SIZES = 30
 
 
@@ -73,8 +74,8 @@ class PairedRuns:
             noise_ratio = np.concatenate([self.first.noise_ratio, self.second.noise_ratio])
         return Measurements(
             conditions=np.vstack([self.first.conditions, self.second.conditions]),
-            curve=np.concatenate(
-                [self.first.curve, self.second.curve + len(self.first.conditions)]
+            curve_of_point=np.concatenate(
+                [self.first.curve_of_point, self.second.curve_of_point + len(self.first.conditions)]
             ),
             slip=np.concatenate([self.first.slip, self.second.slip]),
             mu=np.concatenate([self.first.mu, self.second.mu]),
@@ -83,107 +84,117 @@ class PairedRuns:
         )
 
     @cached_property
-    def oil(self) -> IndexArray:
+    def oil_of_curve(self) -> IndexArray:
         """0 for curves of the first oil and 1 for those of the second, shape (curves,)."""
         return np.repeat([0, 1], [len(self.first.conditions), len(self.second.conditions)])
 
     @cached_property
-    def condition(self) -> IndexArray:
-        """Number of the condition of each curve, shape (curves,)."""
-        return self.stacked.condition_numbers()
+    def condition_of_curve(self) -> IndexArray:
+        """Index of the condition of each curve, shape (curves,); both oils share conditions."""
+        return self.stacked.condition_of_curve()
 
     def is_paired(self) -> BoolArray:
         """Whether each condition was tested with both oils, shape (conditions,)."""
-        count = self.condition.max() + 1
-        has_first = np.bincount(self.condition[self.oil == 0], minlength=count) > 0
-        has_second = np.bincount(self.condition[self.oil == 1], minlength=count) > 0
+        condition_count = self.condition_of_curve.max() + 1
+        conditions_of_first = self.condition_of_curve[self.oil_of_curve == 0]
+        conditions_of_second = self.condition_of_curve[self.oil_of_curve == 1]
+        has_first = np.bincount(conditions_of_first, minlength=condition_count) > 0
+        has_second = np.bincount(conditions_of_second, minlength=condition_count) > 0
         return has_first & has_second
 
     def share_runs(self) -> bool:
         """Whether a curve of one oil has the values of a curve of the other."""
-        return not _curves(self.first).isdisjoint(_curves(self.second))
+        return not _mu_of_curves(self.first).isdisjoint(_mu_of_curves(self.second))
 
-    def standing_for_all(self, count: int) -> "PairedRuns":
-        """The points at `count` conditions that are far from each other; all if they are few.
+    def standing_for_all(self, condition_count: int) -> "PairedRuns":
+        """The points at some conditions that are far from each other; all points if there are few.
 
         Conditions of both oils come first.
         """
         is_paired = self.is_paired()
-        if len(is_paired) <= count:
+        if len(is_paired) <= condition_count:
             return self
-        _, first_rows = np.unique(self.condition, return_index=True)
-        centres = scaled_conditions(self.stacked.conditions[first_rows])
-        chosen = np.empty(0, dtype=np.int64)
-        for group in (np.flatnonzero(is_paired), np.flatnonzero(~is_paired)):
-            wanted_count = count - len(chosen)
-            if len(group) and wanted_count:
-                chosen = np.append(chosen, group[spread_out(centres[group], wanted_count)])
-        is_chosen = np.isin(self.condition, chosen)
+        _, first_curves = np.unique(self.condition_of_curve, return_index=True)
+        centres = scaled_conditions(self.stacked.conditions[first_curves])
+        chosen_conditions = np.empty(0, dtype=np.int64)
+        for condition_indices in (np.flatnonzero(is_paired), np.flatnonzero(~is_paired)):
+            remaining_count = condition_count - len(chosen_conditions)
+            if len(condition_indices) and remaining_count:
+                chosen_conditions = np.append(
+                    chosen_conditions,
+                    condition_indices[spread_out(centres[condition_indices], remaining_count)],
+                )
+        is_chosen = np.isin(self.condition_of_curve, chosen_conditions)
         return PairedRuns(
-            self.first.select_curves(np.flatnonzero(is_chosen[self.oil == 0])),
-            self.second.select_curves(np.flatnonzero(is_chosen[self.oil == 1])),
+            self.first.select_curves(np.flatnonzero(is_chosen[self.oil_of_curve == 0])),
+            self.second.select_curves(np.flatnonzero(is_chosen[self.oil_of_curve == 1])),
         )
 
     def clear_of_zero(self, zero_sd: float) -> "PairedRuns":
-        """The points whose logarithm is safe.
+        """The points that are clear of zero traction, where ln mu is safe.
 
         Raises:
-            ValueError: An oil has none.
+            ValueError: An oil has no such point.
         """
-        oils = []
-        for oil in (self.first, self.second):
-            is_clear = ~is_near_zero(oil.mu, zero_sd)
+        clear_measurements = []
+        for measurements in (self.first, self.second):
+            is_clear = ~is_near_zero(measurements.mu, zero_sd)
             if not is_clear.any():
                 raise ValueError(
                     f"no mu of an oil is above ten times the error of the zero, {zero_sd:g}; check "
                     "the unit of mu and the zero of the rig"
                 )
-            oils.append(oil.select_points(is_clear))
-        return PairedRuns(*oils)
+            clear_measurements.append(measurements.select_points(is_clear))
+        return PairedRuns(*clear_measurements)
 
-    def reduced(self, law: FreeLaw, log_mu: tuple[LogMu, LogMu], zero_sd: float) -> ReducedCurves:
+    def reduced_curves(
+        self, law: FreeLaw, log_mu: tuple[LogMu, LogMu], zero_sd: float
+    ) -> ReducedCurves:
         """The curves of both oils as coordinates.
 
         Args:
             law: The law about which both are described.
-            log_mu: ln mu of each oil, as the best present description has it.
+            log_mu: ln mu of each oil by its present surface or law.
             zero_sd: Standard deviation of the zero, as a traction coefficient.
         """
-        # of `law.log_mu` only what does not depend on the oil is kept
-        curves = reduced(self.stacked, law, law.log_mu, zero_sd, box_of(self.stacked))
+        # departure, effects and remainder depend on the oil, and are replaced below
+        curves = reduced_curves(self.stacked, law, law.log_mu, zero_sd, box_of(self.stacked))
         departures, designs = [], []
-        for oil, oil_log_mu in zip((self.first, self.second), log_mu, strict=True):
-            law_log_mu = law.log_mu(oil.point_conditions, oil.slip)
-            departures.append(response(oil, oil_log_mu, zero_sd) - law_log_mu)
-            designs.append(effect_design(oil_log_mu, oil.point_conditions, oil.slip))
+        for measurements, log_mu_of_oil in zip((self.first, self.second), log_mu, strict=True):
+            law_log_mu = law.log_mu(measurements.point_conditions, measurements.slip)
+            departures.append(response(measurements, log_mu_of_oil, zero_sd) - law_log_mu)
+            designs.append(
+                effect_design(log_mu_of_oil, measurements.point_conditions, measurements.slip)
+            )
         weight = np.ones(len(self.stacked.slip))
         if self.stacked.noise_ratio is not None:
             weight = 1 / self.stacked.noise_ratio
-        departure = weight * np.concatenate(departures)
-        coordinates = curves.vectors.T @ departure
+        weighted_departure = weight * np.concatenate(departures)
+        departure = curves.vectors.T @ weighted_departure
         return replace(
             curves,
-            departure=coordinates,
+            departure=departure,
             effects=curves.vectors.T @ (weight[:, np.newaxis] * np.vstack(designs)),
-            remainder=departure - curves.vectors @ coordinates,
+            remainder=weighted_departure - curves.vectors @ departure,
         )
 
 
 @dataclass(frozen=True)
 class RatioPrediction:
-    """The ratio at some points.
+    """The predicted ratio of two oils at some points.
 
     Attributes:
         ratio: mu of the second oil over that of the first, shape (points,).
         sd: Standard deviation of its logarithm, shape (points,).
-        support: Code of `oilfilm.surface.support.Support`, shape (points,).
-        outside: Whether an oil was not tested as far, shape (points,).
+        support_codes: Code of `oilfilm.surface.support.Support`, shape (points,).
+        is_outside: Whether a point is beyond the tested conditions or slips of an oil, shape
+            (points,).
     """
 
     ratio: FloatArray
     sd: FloatArray
-    support: IndexArray
-    outside: BoolArray
+    support_codes: IndexArray
+    is_outside: BoolArray
 
     def interval(self, factor: float) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of the ratio; nan where there is no support.
@@ -191,7 +202,7 @@ class RatioPrediction:
         Args:
             factor: `point` or `curve` of `IntervalFactors`.
         """
-        log_half = np.where(self.support == 0, factor * self.sd, np.nan)
+        log_half = np.where(self.support_codes == 0, factor * self.sd, np.nan)
         return self.ratio * np.exp(-log_half), self.ratio * np.exp(log_half)
 
 
@@ -203,10 +214,10 @@ class RatioSurface:
         law: The law about which both oils are described.
         covariance: Covariance of the curves.
         runs: The points of both oils.
-        sign: 1, or -1 if the ratio of the first oil to the second is wanted.
-        limits: What is asked of an answer.
-        converged: Whether the sizes are most likely. If not, they are the last step of a search
-            that found no maximum.
+        sign: 1 for the ratio of the second oil of `runs` to the first, -1 for its inverse.
+        limits: What an answer must fulfil.
+        converged: Whether the search for the most likely sizes found a maximum. If not, the sizes
+            are those of its last step.
     """
 
     law: FreeLaw
@@ -230,16 +241,20 @@ class RatioSurface:
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling both mu are 0")
         covariance = self.covariance
-        targets = at_points(self.law, covariance.common.box, conditions, slip)
-        across = covariance.ratio_covariance(targets)
-        whitened_across = scipy.linalg.solve_triangular(self.factor, across.T, lower=True)
-        variance = smooth_variance(covariance.ratio, covariance.as_ratio(targets))
+        targets = coordinates_at_points(
+            self.law, covariance.common_covariance.box, conditions, slip
+        )
+        across = covariance.ratio_covariance_at(targets)
+        whitened_across = scipy.linalg.solve_triangular(
+            self.covariance_factor, across.T, lower=True
+        )
+        variance = smooth_variance(covariance.ratio_covariance, covariance.as_ratio(targets))
         sd = np.sqrt(variance - np.sum(whitened_across**2, axis=0))
         return RatioPrediction(
             ratio=np.exp(self.sign * (across @ self.weights)),
             sd=sd,
-            support=self._support(conditions, slip, sd),
-            outside=self._is_outside(conditions, slip),
+            support_codes=self._support(conditions, slip, sd),
+            is_outside=self._is_outside(conditions, slip),
         )
 
     @cached_property
@@ -256,47 +271,55 @@ class RatioSurface:
         Where the other oil was tested at the condition, its runs there predict them with the ratio
         at other conditions: the error is that of the ratio.
         """
-        group = 2 * self.runs.condition + self.runs.oil
-        _, number = np.unique(group, return_inverse=True)
+        condition_and_oil = 2 * self.runs.condition_of_curve + self.runs.oil_of_curve
+        _, group_of_curve = np.unique(condition_and_oil, return_inverse=True)
         inverse = self._solved(np.eye(len(self.weights)))
         return [
-            LeftOut(rows, inverse[np.ix_(rows, rows)], self.weights[rows])
-            for rows in coordinates_by_group(self.covariance.common.curves.curve, number.ravel())
+            LeftOut(
+                coordinate_indices,
+                inverse[np.ix_(coordinate_indices, coordinate_indices)],
+                self.weights[coordinate_indices],
+            )
+            for coordinate_indices in coordinates_by_group(
+                self.covariance.common_covariance.curves.curve_of_coordinate, group_of_curve.ravel()
+            )
         ]
 
-    def log_mu_of(self, oil: int) -> LogMu:
+    def log_mu_of(self, oil_index: int) -> LogMu:
         """ln mu of the first (0) or the second (1) oil of `runs`."""
 
         def log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
-            targets = at_points(self.law, self.covariance.common.box, conditions, slip)
-            departure = self.covariance.oil_covariance(targets, oil) @ self.weights
+            targets = coordinates_at_points(
+                self.law, self.covariance.common_covariance.box, conditions, slip
+            )
+            departure = self.covariance.oil_covariance_at(targets, oil_index) @ self.weights
             return self.law.log_mu(conditions, slip) + departure
 
         return log_mu
 
     @cached_property
-    def factor(self) -> FloatArray:
+    def covariance_factor(self) -> FloatArray:
         """Lower Cholesky factor of the covariance of the coordinates."""
         return np.asarray(scipy.linalg.cholesky(self.covariance.matrix(), lower=True))
 
     @cached_property
     def weights(self) -> FloatArray:
         """K^-1 y, shape (coordinates,)."""
-        return self._solved(self.covariance.common.curves.departure)
+        return self._solved(self.covariance.common_covariance.curves.departure)
 
-    def _solved(self, right: FloatArray) -> FloatArray:
+    def _solved(self, vectors: FloatArray) -> FloatArray:
         """K^-1 times vectors."""
-        return np.asarray(scipy.linalg.cho_solve((self.factor, True), right))
+        return np.asarray(scipy.linalg.cho_solve((self.covariance_factor, True), vectors))
 
     def _support(self, conditions: FloatArray, slip: FloatArray, sd: FloatArray) -> IndexArray:
-        """Code of each point: that of an oil without support there, if there is one."""
-        codes = []
-        for oil in (self.runs.first, self.runs.second):
-            box = box_of(oil)
-            codes.append(
+        """Code of `Support` of each point; where an oil has no support, its reason counts."""
+        codes_of_oils = []
+        for measurements in (self.runs.first, self.runs.second):
+            box = box_of(measurements)
+            codes_of_oils.append(
                 support_codes(
                     self.limits,
-                    SlipCoverage.from_measurements(oil),
+                    SlipCoverage.from_measurements(measurements),
                     slip,
                     sd,
                     # the ratio has no constants that could be at a bound
@@ -304,29 +327,33 @@ class RatioSurface:
                     box.ranges_beyond(box.centred(scaled_conditions(conditions))),
                 )
             )
-        return np.maximum(*codes)
+        return np.maximum(*codes_of_oils)
 
     def _is_outside(self, conditions: FloatArray, slip: FloatArray) -> BoolArray:
-        """Whether an oil was not tested as far, in a condition or in slip."""
+        """Whether each point is beyond what was tested with an oil, shape (points,)."""
         scaled = scaled_conditions(conditions)
-        outside = np.zeros(len(slip), dtype=bool)
-        for oil in (self.runs.first, self.runs.second):
-            box = box_of(oil)
-            beyond = np.maximum(box.lowest - scaled, scaled - box.highest)
-            outside |= np.any(beyond > box.level_widths, axis=1)
-            outside |= scaled_slip(slip) > scaled_slip(oil.slip).max() + SAME_SLIP
-        return outside
+        is_outside = np.zeros(len(slip), dtype=bool)
+        for measurements in (self.runs.first, self.runs.second):
+            box = box_of(measurements)
+            distance_beyond = np.maximum(box.lowest - scaled, scaled - box.highest)
+            is_outside |= np.any(distance_beyond > box.level_widths, axis=1)
+            is_outside |= scaled_slip(slip) > scaled_slip(measurements.slip).max() + SAME_SLIP
+        return is_outside
 
 
 @with_one_blas_thread
-def _interval_factors(surface: RatioSurface) -> IntervalFactors:
+def _interval_factors(ratio_surface: RatioSurface) -> IntervalFactors:
     """See `RatioSurface.interval_factors`."""
-    runs, wanted = surface.runs, surface.limits.level
+    runs, wanted_level = ratio_surface.runs, ratio_surface.limits.level
     factors = interval_factors(
-        surface.covariance.common, runs.stacked.curve, runs.condition, surface.left_out(), wanted
+        ratio_surface.covariance.common_covariance,
+        runs.stacked.curve_of_point,
+        runs.condition_of_curve,
+        ratio_surface.left_out(),
+        wanted_level,
     )
-    paired = int(np.count_nonzero(runs.is_paired()))
-    return replace(factors, level=allowed_level(wanted, paired))
+    paired_count = int(np.count_nonzero(runs.is_paired()))
+    return replace(factors, level=allowed_level(wanted_level, paired_count))
 
 
 @with_one_blas_thread
@@ -338,14 +365,14 @@ def fit_ratio(
 ) -> RatioSurface:
     """The ratio of mu of the second oil to that of the first.
 
-    The first pass takes the points whose logarithm is safe, the slopes of the laws and the sizes
-    that are expected before the data. The second pass takes all points and the slopes of the first.
+    A first surface takes the points clear of zero traction, the slopes of the laws and the sizes
+    that are expected before the data. The second one takes all points, and the slopes of the first.
 
     Args:
         first: The oil with which the other is compared.
         second: The other oil.
         errors: Sizes of the errors of the rig, before the data.
-        limits: What is asked of an answer.
+        limits: What an answer must fulfil.
 
     Raises:
         ValueError: A run belongs to both oils, or an oil has no point clear of zero traction.
@@ -360,17 +387,17 @@ def fit_ratio(
     size_priors, zero_sd = pair_priors(errors), errors.zero.median
 
     clear = sample.clear_of_zero(zero_sd)
-    curves = clear.reduced(law, (leading.law.log_mu, other.law.log_mu), zero_sd)
+    curves = clear.reduced_curves(law, (leading.law.log_mu, other.law.log_mu), zero_sd)
     expected = PairSizes.from_logarithms(np.log([prior.median for prior in size_priors]))
     pilot = RatioSurface(law, _covariance(clear, curves, expected), clear, sign, limits, True)
     log_mu = (pilot.log_mu_of(0), pilot.log_mu_of(1))
 
-    curves = sample.reduced(law, log_mu, zero_sd)
+    curves = sample.reduced_curves(law, log_mu, zero_sd)
     most_likely = most_likely_pair(lambda sizes: _covariance(sample, curves, sizes), size_priors)
     # a rig may have a larger zero than it states: more points are then near zero
     zero_sd = max(zero_sd, float(np.exp(most_likely.logarithms[EFFECTS.index("zero")])))
     runs = runs.standing_for_all(LARGEST_DENSE)
-    curves = runs.reduced(law, log_mu, zero_sd)
+    curves = runs.reduced_curves(law, log_mu, zero_sd)
     sizes = PairSizes.from_logarithms(most_likely.logarithms).with_caution()
     covariance = _covariance(runs, curves, sizes)
     return RatioSurface(law, covariance, runs, sign, limits, most_likely.converged)
@@ -378,7 +405,7 @@ def fit_ratio(
 
 def _covariance(runs: PairedRuns, curves: ReducedCurves, sizes: PairSizes) -> PairCovariance:
     """Covariance of the curves of some runs."""
-    return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil, sizes)
+    return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil_of_curve, sizes)
 
 
 def _in_canonical_order(
@@ -392,18 +419,18 @@ def _in_canonical_order(
     oils = [
         replace(oil, measurements=oil.measurements.in_canonical_order()) for oil in (first, second)
     ]
-    if _content(oils[0].measurements) <= _content(oils[1].measurements):
+    if _sort_key(oils[0].measurements) <= _sort_key(oils[1].measurements):
         return (oils[0], oils[1]), 1
     return (oils[1], oils[0]), -1
 
 
-def _content(measurements: Measurements) -> tuple[float, ...]:
-    """What orders oils: the number of curves, then the values."""
+def _sort_key(measurements: Measurements) -> tuple[float, ...]:
+    """What the oils of a pair are sorted by: the number of curves, then the values."""
     return (-len(measurements.conditions), *measurements.conditions.ravel(), *measurements.mu)
 
 
-def _curves(measurements: Measurements) -> set[tuple[float, ...]]:
+def _mu_of_curves(measurements: Measurements) -> set[tuple[float, ...]]:
     """The values of mu of each curve, in ascending order."""
-    order = np.lexsort([measurements.mu, measurements.curve])
-    ends = np.cumsum(np.bincount(measurements.curve))[:-1]
+    order = np.lexsort([measurements.mu, measurements.curve_of_point])
+    ends = np.cumsum(np.bincount(measurements.curve_of_point))[:-1]
     return {tuple(values) for values in np.split(measurements.mu[order], ends)}

@@ -26,23 +26,24 @@ _COORDINATES = 9
 # Spacing of the nodes that replace many different slips. Cubic interpolation over it changes a
 # correlation of the usual length by less than 1e-6.
 _NODE_SPACING = 0.05
-# Curves whose slopes are found at once. A slope of all points takes three times the memory of the
-# same slope of all coordinates, and there are some ten slopes.
+# Number of curves whose slopes are computed at once. A slope of all points takes three times the
+# memory of the same slope of all coordinates, and there are about ten slopes.
 _CURVES_AT_ONCE = 1000
-# mu is near zero if it is within so many errors of the zero.
+# mu is near zero if it is below this number of standard deviations of the zero.
 _NEAR_ZERO = 10.0
 
 # Column of the gain in `ReducedCurves.effects`.
 _GAIN = EFFECTS.index("gain")
-# What stands for the number of a rig where a value has the gain of none of the rigs of the data.
+# Rig number of a value on another rig than those of the data: it has the gain of none of them.
 ANOTHER_RIG = -1
 
-# Each target may have a slip of its own: most weights are 0 then. Coordinates share their slips.
+# Weight of each slip (column) in each coordinate (row). It is sparse for single points, which may
+# have a slip each, and dense for curves, whose coordinates share their slips.
 SlipWeights = FloatArray | scipy.sparse.csr_array
 
 
 def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
-    """Whether the logarithm of each mu is too far from linear in the error of the zero.
+    """Whether each mu is so small that ln mu is not nearly linear in the error of the zero.
 
     Args:
         mu: Measured traction coefficients.
@@ -53,36 +54,48 @@ def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
 
 @dataclass(frozen=True)
 class Coordinates:
-    """Weighted sums of values of a surface; a value at a point is one of weight 1.
+    """Weighted sums of values of a surface over slip, each at one condition.
+
+    A coordinate of a curve is such a sum. The value at a single point is the sum with one weight 1.
 
     Attributes:
-        conditions: Centred conditions, shape (rows, 3).
-        row: Row of `conditions` of each coordinate, shape (coordinates,).
+        conditions: Centred conditions, shape (conditions, 3).
+        condition_of_coordinate: Row of `conditions` of each coordinate, shape (coordinates,).
         slips: Scaled slips, shape (slips,).
         weights: Weight of each of `slips` in each coordinate, shape (coordinates, slips).
         law_slopes: Slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         gain: Change by a gain of 1, shape (coordinates,).
-        rig: Number of the rig, or `ANOTHER_RIG`, shape (coordinates,).
+        rig_of_coordinate: Number of the rig, or `ANOTHER_RIG`, shape (coordinates,).
     """
 
     conditions: FloatArray
-    row: IndexArray
+    condition_of_coordinate: IndexArray
     slips: FloatArray
     weights: SlipWeights
     law_slopes: FloatArray
     gain: FloatArray
-    rig: IndexArray
+    rig_of_coordinate: IndexArray
 
-    def rig_products(self, right: "Coordinates") -> FloatArray:
-        """Products of the gains of coordinates of one rig, shape (coordinates, other ones)."""
-        is_same = np.equal.outer(self.rig, right.rig) & (self.rig != ANOTHER_RIG)[:, np.newaxis]
-        return np.outer(self.gain, right.gain) * is_same
+    def rig_products(self, other: "Coordinates") -> FloatArray:
+        """Products of the gains of two coordinates; 0 where they are not of one rig of the data.
+
+        Args:
+            other: The coordinates of the columns.
+
+        Returns:
+            Shape (coordinates, other coordinates).
+        """
+        is_same_rig = (
+            np.equal.outer(self.rig_of_coordinate, other.rig_of_coordinate)
+            & (self.rig_of_coordinate != ANOTHER_RIG)[:, np.newaxis]
+        )
+        return np.outer(self.gain, other.gain) * is_same_rig
 
 
-def at_points(
+def coordinates_at_points(
     law: FreeLaw, box: ConditionBox, conditions: FloatArray, slip: FloatArray
 ) -> Coordinates:
-    """Values at single points.
+    """Values at single points, as coordinates with one weight 1 each.
 
     Args:
         law: The law.
@@ -90,15 +103,17 @@ def at_points(
         conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
         slip: Slide-roll ratio, above 0, shape (points,).
     """
-    distinct_conditions, row = np.unique(scaled_conditions(conditions), axis=0, return_inverse=True)
+    distinct_conditions, condition_of_point = np.unique(
+        scaled_conditions(conditions), axis=0, return_inverse=True
+    )
     return Coordinates(
         conditions=box.centred(distinct_conditions),
-        row=row.ravel(),
+        condition_of_coordinate=condition_of_point.ravel(),
         slips=scaled_slip(slip),
         weights=scipy.sparse.csr_array(scipy.sparse.eye_array(len(slip))),
         law_slopes=slopes_of_law(law, box, conditions, slip),
         gain=np.ones(len(slip)),
-        rig=np.full(len(slip), ANOTHER_RIG),
+        rig_of_coordinate=np.full(len(slip), ANOTHER_RIG),
     )
 
 
@@ -118,156 +133,183 @@ class ReducedCurves:
     """The curves of a campaign as coordinates.
 
     Attributes:
-        by_coordinate: V' of all curves on its diagonal, shape (coordinates, points).
-        weight: W, the weight of each point, shape (points,).
-        curve: Curve of each coordinate, shape (coordinates,).
+        transposed_vectors: V' of all curves on its diagonal, shape (coordinates, points).
+        weight_of_point: W, the weight of each point, shape (points,).
+        curve_of_coordinate: Curve of each coordinate, shape (coordinates,).
         conditions: Centred conditions of each curve, shape (curves, 3).
         slips: Scaled slips that stand for those of all points (`slip_nodes`), shape (slips,).
-        weights_of_slips: Weights of `slips` at each point, shape (points, slips).
-        departure: V' W of ln mu less that of the law, shape (coordinates,).
+        slip_weights_of_points: Weights of `slips` at each point, shape (points, slips).
+        departure: V' W y, with y the measured ln mu less that of the law, shape (coordinates,).
         law_slopes: V' W of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
         effects: V' W of the design of the effects of runs, shape (coordinates, effects).
         remainder: What V leaves of the weighted departure at each point, shape (points,).
-        rig: Number of the rig of each curve, `ANOTHER_RIG` where it is not named, shape (curves,).
+        rig_of_curve: Number of the rig of each curve, shape (curves,); `ANOTHER_RIG` where the data
+            do not name rigs.
     """
 
-    by_coordinate: scipy.sparse.csr_array
-    weight: FloatArray
-    curve: IndexArray
+    transposed_vectors: scipy.sparse.csr_array
+    weight_of_point: FloatArray
+    curve_of_coordinate: IndexArray
     conditions: FloatArray
     slips: FloatArray
-    weights_of_slips: scipy.sparse.csr_array
+    slip_weights_of_points: scipy.sparse.csr_array
     departure: FloatArray
     law_slopes: FloatArray
     effects: FloatArray
     remainder: FloatArray
-    rig: IndexArray
+    rig_of_curve: IndexArray
 
     @property
     def membership(self) -> scipy.sparse.csr_array:
         """1 where a coordinate belongs to a curve, shape (coordinates, curves)."""
-        count = len(self.curve)
-        shape = (count, len(self.conditions))
-        return scipy.sparse.csr_array((np.ones(count), (np.arange(count), self.curve)), shape)
+        coordinate_count = len(self.curve_of_coordinate)
+        shape = (coordinate_count, len(self.conditions))
+        return scipy.sparse.csr_array(
+            (np.ones(coordinate_count), (np.arange(coordinate_count), self.curve_of_coordinate)),
+            shape,
+        )
 
     @cached_property
-    def starts(self) -> IndexArray:
+    def first_coordinate_of_curve(self) -> IndexArray:
         """First coordinate of each curve, shape (curves,)."""
-        return np.searchsorted(self.curve, np.arange(len(self.conditions)))
+        return np.searchsorted(self.curve_of_coordinate, np.arange(len(self.conditions)))
 
     @cached_property
-    def to_slips(self) -> FloatArray:
+    def slip_weights_of_coordinates(self) -> FloatArray:
         """V' W as weights of `slips`, shape (coordinates, slips).
 
-        It would be the largest array of many curves; `select` makes the rows that it needs.
+        With many curves it would be the largest array; `select_coordinates` makes only the rows
+        that it needs.
         """
-        projection = weighted(self.by_coordinate, self.weight)
-        return np.asarray((projection @ self.weights_of_slips).toarray())
+        projection = weighted(self.transposed_vectors, self.weight_of_point)
+        return np.asarray((projection @ self.slip_weights_of_points).toarray())
 
     @cached_property
-    def pairs(self) -> tuple[IndexArray, IndexArray]:
-        """Both coordinates of each pair that belongs to one curve, shape (pairs,) each."""
-        left, right = np.nonzero(np.equal.outer(self.curve, self.curve))
-        return left, right
+    def coordinate_pairs(self) -> tuple[IndexArray, IndexArray]:
+        """Indices of both coordinates of each pair within a curve, shape (pairs,) each."""
+        first_coordinate, second_coordinate = np.nonzero(
+            np.equal.outer(self.curve_of_coordinate, self.curve_of_coordinate)
+        )
+        return first_coordinate, second_coordinate
 
     @cached_property
     def effect_products(self) -> FloatArray:
         """Products of the effects of both coordinates of each pair, shape (pairs, effects)."""
-        left, right = self.pairs
-        return self.effects[left] * self.effects[right]
+        first_coordinate, second_coordinate = self.coordinate_pairs
+        return self.effects[first_coordinate] * self.effects[second_coordinate]
 
     @cached_property
     def gain_products_of_rigs(self) -> FloatArray:
         """See `Coordinates.rig_products`, shape (coordinates, coordinates)."""
-        all_coordinates = self.select(np.arange(len(self.curve)))
+        all_coordinates = self.select_coordinates(np.arange(len(self.curve_of_coordinate)))
         return all_coordinates.rig_products(all_coordinates)
 
     @property
     def residual_freedom(self) -> int:
         """Number of points less the number of coordinates."""
-        coordinates, points = self.by_coordinate.shape
-        return points - coordinates
+        coordinate_count, point_count = self.transposed_vectors.shape
+        return point_count - coordinate_count
 
-    def select(self, coordinates: IndexArray) -> Coordinates:
-        """Some coordinates, with what they need only."""
-        curves, row = np.unique(self.curve[coordinates], return_inverse=True)
-        projection = weighted(self.by_coordinate[coordinates], self.weight)
-        weights = (projection @ self.weights_of_slips).toarray()
-        used = np.flatnonzero(np.any(weights != 0, axis=0))
+    def select_coordinates(self, coordinate_indices: IndexArray) -> Coordinates:
+        """Some coordinates, without the conditions and slips that they do not use."""
+        curve_indices, condition_of_coordinate = np.unique(
+            self.curve_of_coordinate[coordinate_indices], return_inverse=True
+        )
+        projection = weighted(self.transposed_vectors[coordinate_indices], self.weight_of_point)
+        weights = (projection @ self.slip_weights_of_points).toarray()
+        used_slips = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
-            conditions=self.conditions[curves],
-            row=row,
-            slips=self.slips[used],
-            weights=weights[:, used],
-            law_slopes=self.law_slopes[coordinates],
-            gain=self.effects[coordinates, _GAIN],
-            rig=self.rig[self.curve[coordinates]],
+            conditions=self.conditions[curve_indices],
+            condition_of_coordinate=condition_of_coordinate,
+            slips=self.slips[used_slips],
+            weights=weights[:, used_slips],
+            law_slopes=self.law_slopes[coordinate_indices],
+            gain=self.effects[coordinate_indices, _GAIN],
+            rig_of_coordinate=self.rig_of_curve[self.curve_of_coordinate[coordinate_indices]],
         )
 
-    def coordinates_of(self, rows: IndexArray) -> IndexArray:
+    def coordinate_indices_of(self, curve_indices: IndexArray) -> IndexArray:
         """Indices of the coordinates of some curves, in ascending order."""
-        ends = np.append(self.starts[1:], len(self.curve))
-        return np.concatenate([np.arange(self.starts[row], ends[row]) for row in np.sort(rows)])
+        ends = np.append(self.first_coordinate_of_curve[1:], len(self.curve_of_coordinate))
+        return np.concatenate(
+            [
+                np.arange(self.first_coordinate_of_curve[curve_index], ends[curve_index])
+                for curve_index in np.sort(curve_indices)
+            ]
+        )
 
-    def vectors_of(self, coordinates: IndexArray) -> tuple[IndexArray, FloatArray]:
-        """Points of some coordinates, and V of these, shape (points, coordinates)."""
-        block = self.by_coordinate[coordinates].tocoo()
-        points, row = np.unique(block.col, return_inverse=True)
-        vectors = np.zeros((len(points), len(coordinates)))
-        vectors[row, block.row] = block.data
-        return points.astype(np.int64), vectors
+    def vectors_of(self, coordinate_indices: IndexArray) -> tuple[IndexArray, FloatArray]:
+        """Indices of the points of some coordinates, and their V, shape (points, coordinates)."""
+        block = self.transposed_vectors[coordinate_indices].tocoo()
+        point_indices, row_of_entry = np.unique(block.col, return_inverse=True)
+        vectors = np.zeros((len(point_indices), len(coordinate_indices)))
+        vectors[row_of_entry, block.row] = block.data
+        return point_indices.astype(np.int64), vectors
 
     @property
     def vectors(self) -> scipy.sparse.csc_array:
         """V of all curves on its diagonal, shape (points, coordinates)."""
-        return self.by_coordinate.T
+        return self.transposed_vectors.T
 
-    def over_slip(self, correlations: FloatArray) -> FloatArray:
+    def covariance_from_slips(self, slip_covariance: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""
-        return self.to_slips @ correlations @ self.to_slips.T
+        weights = self.slip_weights_of_coordinates
+        return weights @ slip_covariance @ weights.T
 
-    def onto_slips(self, coordinate_matrix: FloatArray) -> FloatArray:
-        """Sums of a matrix of coordinates by `to_slips`, shape (slips, slips)."""
-        return self.to_slips.T @ coordinate_matrix @ self.to_slips
+    def summed_onto_slips(self, coordinate_matrix: FloatArray) -> FloatArray:
+        """Sums of a matrix of coordinates, weighted by their slip weights, shape (slips, slips)."""
+        weights = self.slip_weights_of_coordinates
+        return weights.T @ coordinate_matrix @ weights
 
-    def expanded(self, curve_matrix: FloatArray) -> FloatArray:
-        """A matrix of curves as one of their coordinates."""
-        return curve_matrix[:, self.curve][self.curve]
+    def expanded_to_coordinates(self, curve_matrix: FloatArray) -> FloatArray:
+        """The entry of its two curves for each pair of coordinates.
 
-    def summed(self, coordinate_rows: FloatArray) -> FloatArray:
+        Args:
+            curve_matrix: One entry per pair of curves, shape (curves, curves).
+
+        Returns:
+            Shape (coordinates, coordinates).
+        """
+        return curve_matrix[:, self.curve_of_coordinate][self.curve_of_coordinate]
+
+    def summed_by_curve(self, coordinate_rows: FloatArray) -> FloatArray:
         """Rows of coordinates summed over those of each curve, shape (curves, columns)."""
-        return np.add.reduceat(coordinate_rows, self.starts, axis=0)
+        return np.add.reduceat(coordinate_rows, self.first_coordinate_of_curve, axis=0)
 
 
 def box_of(measurements: Measurements) -> ConditionBox:
     """The box of the tested conditions."""
-    scaled = scaled_conditions(measurements.conditions)
-    counts = measurements.level_numbers().max(axis=0) + 1
-    widths = measurements.level_widths.scaled()
-    return ConditionBox(scaled.min(axis=0), scaled.max(axis=0), counts, widths)
+    scaled_rows = scaled_conditions(measurements.conditions)
+    level_counts = measurements.level_numbers().max(axis=0) + 1
+    level_widths = measurements.level_widths.scaled()
+    return ConditionBox(
+        scaled_rows.min(axis=0), scaled_rows.max(axis=0), level_counts, level_widths
+    )
 
 
 def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> FloatArray:
-    """ln mu of each point, or its linear response near zero traction, shape (points,).
+    """What a surface is fitted to: ln mu of each point, linearised near zero, shape (points,).
 
-    The response of a point near zero is ln m + (mu - m)/m, where m is the present surface. It must
-    not be the law alone, because a law may miss low slip by a factor.
+    Near zero traction it is ln m + (mu - m)/m, where m is mu of the present surface. The law alone
+    would not do as m: it may be wrong by a factor at low slip.
 
     Args:
         measurements: The points.
         log_mu: ln mu of the present surface, from conditions and slips.
         zero_sd: Standard deviation of the zero, as a traction coefficient.
     """
-    near_zero = is_near_zero(measurements.mu, zero_sd)
-    logarithm = np.log(np.where(near_zero, 1.0, measurements.mu))
-    if near_zero.any():
-        conditions = measurements.point_conditions[near_zero]
-        present = log_mu(conditions, measurements.slip[near_zero])
-        logarithm[near_zero] = present + measurements.mu[near_zero] / np.exp(present) - 1
-    return logarithm
+    is_linear = is_near_zero(measurements.mu, zero_sd)
+    log_mu_of_point = np.log(np.where(is_linear, 1.0, measurements.mu))
+    if is_linear.any():
+        conditions = measurements.point_conditions[is_linear]
+        present_log_mu = log_mu(conditions, measurements.slip[is_linear])
+        log_mu_of_point[is_linear] = (
+            present_log_mu + measurements.mu[is_linear] / np.exp(present_log_mu) - 1
+        )
+    return log_mu_of_point
 
 
-def reduced(
+def reduced_curves(
     measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_sd: float, box: ConditionBox
 ) -> ReducedCurves:
     """The curves as coordinates.
@@ -285,88 +327,105 @@ def reduced(
         return np.maximum(log_mu(conditions, slip), np.log(zero_sd))
 
     conditions, slip = measurements.point_conditions, measurements.slip
-    weight = np.ones(len(slip))
-    if measurements.noise_ratio is not None:
-        weight = 1 / measurements.noise_ratio
-    weighted_departure = weight * (
+    if measurements.noise_ratio is None:
+        weight_of_point = np.ones(len(slip))
+    else:
+        weight_of_point = 1 / measurements.noise_ratio
+    weighted_departure = weight_of_point * (
         response(measurements, present_log_mu, zero_sd) - law.log_mu(conditions, slip)
     )
-    scaled = scaled_slip(slip)
-    slips, weights_of_slips = slip_nodes(scaled)
-    by_coordinate, curve = _vectors_of_curves(measurements, scaled, weight)
-    departure = by_coordinate @ weighted_departure
-    law_slopes, effects = [], []
-    curves = len(measurements.conditions)
-    for first in range(0, curves, _CURVES_AT_ONCE):
-        block = [first, first + _CURVES_AT_ONCE]
-        points = slice(*np.searchsorted(measurements.curve, block))
-        coordinates = slice(*np.searchsorted(curve, block))
+    scaled_slips = scaled_slip(slip)
+    slips, slip_weights_of_points = slip_nodes(scaled_slips)
+    transposed_vectors, curve_of_coordinate = _vectors_of_curves(
+        measurements, scaled_slips, weight_of_point
+    )
+    departure = transposed_vectors @ weighted_departure
+    law_slopes = []
+    effects = []
+    curve_count = len(measurements.conditions)
+    for first_curve in range(0, curve_count, _CURVES_AT_ONCE):
+        curve_limits = [first_curve, first_curve + _CURVES_AT_ONCE]
+        point_block = slice(*np.searchsorted(measurements.curve_of_point, curve_limits))
+        coordinate_block = slice(*np.searchsorted(curve_of_coordinate, curve_limits))
         # V' W
-        projection = weighted(by_coordinate[coordinates, points], weight[points])
-        at_points_of_block = conditions[points], slip[points]
-        law_slopes.append(projection @ slopes_of_law(law, box, *at_points_of_block))
-        effects.append(projection @ effect_design(present_log_mu, *at_points_of_block))
+        projection = weighted(
+            transposed_vectors[coordinate_block, point_block], weight_of_point[point_block]
+        )
+        block_conditions = conditions[point_block]
+        block_slip = slip[point_block]
+        law_slopes.append(projection @ slopes_of_law(law, box, block_conditions, block_slip))
+        effects.append(projection @ effect_design(present_log_mu, block_conditions, block_slip))
+    rig_of_curve = measurements.rig_of_curve
+    if rig_of_curve is None:
+        rig_of_curve = np.full(curve_count, ANOTHER_RIG)
     return ReducedCurves(
-        by_coordinate=by_coordinate,
-        weight=weight,
-        curve=curve,
+        transposed_vectors=transposed_vectors,
+        weight_of_point=weight_of_point,
+        curve_of_coordinate=curve_of_coordinate,
         conditions=box.centred(scaled_conditions(measurements.conditions)),
         slips=slips,
-        weights_of_slips=weights_of_slips,
+        slip_weights_of_points=slip_weights_of_points,
         departure=departure,
         law_slopes=np.vstack(law_slopes),
         effects=np.vstack(effects),
-        remainder=weighted_departure - by_coordinate.T @ departure,
-        rig=np.full(curves, ANOTHER_RIG) if measurements.rig is None else measurements.rig,
+        remainder=weighted_departure - transposed_vectors.T @ departure,
+        rig_of_curve=rig_of_curve,
     )
 
 
-def weighted(by_coordinate: scipy.sparse.csr_array, weight: FloatArray) -> scipy.sparse.csr_array:
+def weighted(
+    transposed_vectors: scipy.sparse.csr_array, weight_of_point: FloatArray
+) -> scipy.sparse.csr_array:
     """V' W of some coordinates, shape (coordinates, points).
 
     Args:
-        by_coordinate: V' of these, shape (coordinates, points).
-        weight: Weight of each point, shape (points,).
+        transposed_vectors: V' of these coordinates, shape (coordinates, points).
+        weight_of_point: Weight of each point, shape (points,).
     """
-    projection = by_coordinate.copy()
-    projection.data *= weight[projection.indices]
+    projection = transposed_vectors.copy()
+    projection.data *= weight_of_point[projection.indices]
     return projection
 
 
 def _vectors_of_curves(
-    measurements: Measurements, scaled: FloatArray, weight: FloatArray
+    measurements: Measurements, scaled_slips: FloatArray, weight_of_point: FloatArray
 ) -> tuple[scipy.sparse.csr_array, IndexArray]:
-    """V' of all curves on its diagonal, and the curve of each coordinate.
+    """V' of all curves on its diagonal, and the index of the curve of each coordinate.
 
     Args:
         measurements: The points.
-        scaled: Scaled slips of the points.
-        weight: Their weights.
+        scaled_slips: Scaled slips of the points.
+        weight_of_point: Their weights.
     """
-    points_of_curve = np.bincount(measurements.curve)
-    ends = np.cumsum(points_of_curve)
-    coordinates_of_curve = np.minimum(points_of_curve, _COORDINATES)
-    curve = np.repeat(np.arange(len(points_of_curve)), coordinates_of_curve)
-    # in numbers of 4 bytes; blocks as arrays of their own would take several times the memory
-    begins = np.append(0, np.cumsum(points_of_curve[curve])).astype(np.int32)
-    first_point = (ends - points_of_curve).astype(np.int32)
-    columns = np.arange(begins[-1], dtype=np.int32)
-    columns -= np.repeat(begins[:-1] - first_point[curve], points_of_curve[curve])
-    values = np.empty(len(columns))
-    begin = 0
-    for scaled_of_curve, weight_of_curve in zip(
-        np.split(scaled, ends[:-1]), np.split(weight, ends[:-1]), strict=True
+    point_counts = np.bincount(measurements.curve_of_point)
+    end_of_curve = np.cumsum(point_counts)
+    coordinate_counts = np.minimum(point_counts, _COORDINATES)
+    curve_of_coordinate = np.repeat(np.arange(len(point_counts)), coordinate_counts)
+    # The sparse matrix is built from its entries, with indices of 4 bytes: one array per curve
+    # would take several times the memory.
+    row_starts = np.append(0, np.cumsum(point_counts[curve_of_coordinate])).astype(np.int32)
+    first_point = (end_of_curve - point_counts).astype(np.int32)
+    columns = np.arange(row_starts[-1], dtype=np.int32)
+    columns -= np.repeat(
+        row_starts[:-1] - first_point[curve_of_coordinate], point_counts[curve_of_coordinate]
+    )
+    entries = np.empty(len(columns))
+    entry_start = 0
+    for slips_of_curve, weight_of_curve in zip(
+        np.split(scaled_slips, end_of_curve[:-1]),
+        np.split(weight_of_point, end_of_curve[:-1]),
+        strict=True,
     ):
-        block = _leading_vectors(scaled_of_curve, weight_of_curve)
-        values[begin : begin + block.size] = block.T.ravel()
-        begin += block.size
-    shape = (len(curve), len(scaled))
-    by_coordinate = scipy.sparse.csr_array((values, columns, begins), shape)
-    by_coordinate.eliminate_zeros()
-    return by_coordinate, curve
+        vectors_of_curve = _leading_vectors(slips_of_curve, weight_of_curve)
+        entries[entry_start : entry_start + vectors_of_curve.size] = vectors_of_curve.T.ravel()
+        entry_start += vectors_of_curve.size
+    shape = (len(curve_of_coordinate), len(scaled_slips))
+    transposed_vectors = scipy.sparse.csr_array((entries, columns, row_starts), shape)
+    transposed_vectors.eliminate_zeros()
+    return transposed_vectors, curve_of_coordinate
 
 
-def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
+def slip_nodes(scaled_slips: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
     """Scaled slips that stand for those of all points, and their weights at each point.
 
     Where runs share their slips, these are the slips themselves. Where each point has a slip of its
@@ -374,59 +433,64 @@ def slip_nodes(scaled: FloatArray) -> tuple[FloatArray, scipy.sparse.csr_array]:
     square of the number of points.
 
     Args:
-        scaled: Scaled slips of the points, shape (points,).
+        scaled_slips: Scaled slips of the points, shape (points,).
 
     Returns:
         Shapes (slips,) and (points, slips).
 
     Reference: A. G. Wilson, H. Nickisch, ICML 2015 (interpolation of a covariance from a grid).
     """
-    slips, slip_number = np.unique(scaled, return_inverse=True)
+    slips, slip_of_point = np.unique(scaled_slips, return_inverse=True)
     # two nodes beyond each end: a point has two neighbours on either side
-    first = slips[0] - _NODE_SPACING
-    count = int(np.ceil((slips[-1] - first) / _NODE_SPACING)) + 2
-    if len(slips) <= count:
-        return slips, _rows_of_weights(np.ones((len(scaled), 1)), slip_number, len(slips))
-    nodes = first + _NODE_SPACING * np.arange(count)
-    position = (scaled - first) / _NODE_SPACING
-    below = np.floor(position).astype(np.int64).clip(1, count - 3)
-    share = position - below
+    first_node = slips[0] - _NODE_SPACING
+    node_count = int(np.ceil((slips[-1] - first_node) / _NODE_SPACING)) + 2
+    if len(slips) <= node_count:
+        return slips, _rows_of_weights(np.ones((len(scaled_slips), 1)), slip_of_point, len(slips))
+    nodes = first_node + _NODE_SPACING * np.arange(node_count)
+    position = (scaled_slips - first_node) / _NODE_SPACING
+    node_below = np.floor(position).astype(np.int64).clip(1, node_count - 3)
+    # distance from the node below, in spacings
+    x = position - node_below
     # Lagrange's polynomials of the nodes at -1, 0, 1 and 2
     weights = [
-        -share * (share - 1) * (share - 2) / 6,
-        (share + 1) * (share - 1) * (share - 2) / 2,
-        -(share + 1) * share * (share - 2) / 2,
-        (share + 1) * share * (share - 1) / 6,
+        -x * (x - 1) * (x - 2) / 6,
+        (x + 1) * (x - 1) * (x - 2) / 2,
+        -(x + 1) * x * (x - 2) / 2,
+        (x + 1) * x * (x - 1) / 6,
     ]
-    return nodes, _rows_of_weights(np.column_stack(weights), below - 1, count)
+    return nodes, _rows_of_weights(np.column_stack(weights), node_below - 1, node_count)
 
 
 def _rows_of_weights(
-    weights: FloatArray, first_column: IndexArray, count: int
+    weights: FloatArray, first_column: IndexArray, column_count: int
 ) -> scipy.sparse.csr_array:
     """A sparse matrix with some weights side by side in each row.
 
     Args:
         weights: Shape (rows, weights).
         first_column: Column of the first weight of each row, shape (rows,).
-        count: Number of columns.
+        column_count: Number of columns.
     """
-    rows, width = weights.shape
-    columns = np.add.outer(first_column.astype(np.int32), np.arange(width, dtype=np.int32))
-    begins = np.arange(0, rows * width + 1, width, dtype=np.int32)
-    return scipy.sparse.csr_array((weights.ravel(), columns.ravel(), begins), (rows, count))
+    row_count, weight_count = weights.shape
+    columns = np.add.outer(first_column.astype(np.int32), np.arange(weight_count, dtype=np.int32))
+    row_starts = np.arange(0, row_count * weight_count + 1, weight_count, dtype=np.int32)
+    return scipy.sparse.csr_array(
+        (weights.ravel(), columns.ravel(), row_starts), (row_count, column_count)
+    )
 
 
-def _leading_vectors(scaled: FloatArray, weight: FloatArray) -> FloatArray:
+def _leading_vectors(scaled_slips: FloatArray, weight_of_point: FloatArray) -> FloatArray:
     """V of one curve, shape (points, coordinates).
 
     Args:
-        scaled: Scaled slips of the points.
-        weight: Their weights.
+        scaled_slips: Scaled slips of the points.
+        weight_of_point: Their weights.
     """
-    count = len(scaled)
-    if count <= _COORDINATES:
-        return np.eye(count)
-    distance = np.subtract.outer(scaled, scaled) / SLIP_LENGTH.median
-    _, vectors = scipy.linalg.eigh((1 + matern(distance)) * np.outer(weight, weight))
+    point_count = len(scaled_slips)
+    if point_count <= _COORDINATES:
+        return np.eye(point_count)
+    distance = np.subtract.outer(scaled_slips, scaled_slips) / SLIP_LENGTH.median
+    _, vectors = scipy.linalg.eigh(
+        (1 + matern(distance)) * np.outer(weight_of_point, weight_of_point)
+    )
     return vectors[:, -_COORDINATES:]

@@ -1,6 +1,6 @@
-"""The points of a campaign with other readings of a condition or the slip: how likely they are.
+"""How likely the points of a campaign are if a condition or the slip was read wrongly.
 
-Decides: how a reading that is too wrong for a small effect of a run is judged.
+Decides: how a reading with an error too large for an effect of a run is judged.
 """
 
 from dataclasses import dataclass
@@ -11,21 +11,22 @@ import scipy.linalg
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.reduction import ReducedCurves, box_of, reduced
+from oilfilm.surface.reduction import ReducedCurves, box_of, reduced_curves
 from oilfilm.surface.reml import MISFIT, CurveCovariance, most_likely_sizes, objective, priors
 from oilfilm.surface.surface import Surface
 
 
 @dataclass(frozen=True)
 class Relabelled:
-    """The points with some readings.
+    """The points of a campaign with other readings, and their likelihood.
 
     Attributes:
         surface: The surface of the points as they were read.
         errors: Sizes of the errors of the rig, before the data.
-        measurements: The points with these readings, curve by curve as those of the surface.
+        measurements: The points with the other readings; curves and points are in the order of
+            those of the surface.
         covariance: Covariance of the curves, with its most likely sizes.
-        objective: Negative logarithm of the likelihood, up to a constant.
+        objective: Negative logarithm of the likelihood, up to a constant; smaller is likelier.
     """
 
     surface: Surface
@@ -39,9 +40,9 @@ class Relabelled:
         """The points as they were read, with the sizes of the surface."""
         measurements, sizes = surface.measurements, surface.misfit_covariance.sizes
         curves, box = _reduced(surface, errors, measurements), box_of(measurements)
-        value, _ = objective(sizes.logarithms(), curves, box, priors(errors, MISFIT))
+        objective_value, _ = objective(sizes.logarithms(), curves, box, priors(errors, MISFIT))
         covariance = CurveCovariance(curves, box, sizes)
-        return cls(surface, errors, measurements, covariance, float(value))
+        return cls(surface, errors, measurements, covariance, float(objective_value))
 
     @classmethod
     def _fitted(
@@ -52,15 +53,15 @@ class Relabelled:
         Args:
             surface: The surface of the points as they were read.
             errors: Sizes of the errors of the rig, before the data.
-            measurements: The points with these readings.
+            measurements: The points with the other readings.
             start: Logarithms of the sizes at which the search starts.
         """
         box, size_priors = box_of(measurements), priors(errors, MISFIT)
         curves = _reduced(surface, errors, measurements)
         most_likely = most_likely_sizes(curves, box, size_priors, start)
-        value, _ = objective(most_likely.logarithms, curves, box, size_priors)
+        objective_value, _ = objective(most_likely.logarithms, curves, box, size_priors)
         covariance = CurveCovariance(curves, box, most_likely.sizes)
-        return cls(surface, errors, measurements, covariance, float(value))
+        return cls(surface, errors, measurements, covariance, float(objective_value))
 
     def fitted_to(self, measurements: Measurements) -> "Relabelled":
         """The same points with other readings, at their most likely sizes."""
@@ -70,7 +71,7 @@ class Relabelled:
     def objective_of(self, measurements: Measurements) -> float:
         """The negative logarithm of the likelihood of other readings, at the present sizes.
 
-        What all readings share is left out, so that differences count only.
+        A constant that is the same for all readings is left out: only differences mean something.
         """
         curves = _reduced(self.surface, self.errors, measurements)
         covariance = CurveCovariance(curves, box_of(measurements), self.covariance.sizes)
@@ -83,6 +84,6 @@ class Relabelled:
 
 
 def _reduced(surface: Surface, errors: RunErrorSizes, measurements: Measurements) -> ReducedCurves:
-    """The curves with some readings; points near zero are linear about the surface."""
+    """The curves with some readings; near zero traction, ln mu is linearised about the surface."""
     zero_sd = max(errors.zero.median, surface.effect_sizes()["zero"])
-    return reduced(measurements, surface.law, surface.log_mu, zero_sd, box_of(measurements))
+    return reduced_curves(measurements, surface.law, surface.log_mu, zero_sd, box_of(measurements))

@@ -1,7 +1,8 @@
 """Sizes of departure, effects of runs and noise, by restricted maximum likelihood.
 
-What is not a size (the constants of the law, the departure) is integrated out. Each size has a
-weak log-normal prior, and the most likely sizes are searched by their logarithms.
+Sizes are the standard deviations and lengths of the model. What is not a size (the constants of the
+law, the departure) is integrated out. Each size has a weak log-normal prior. The search for the
+most likely sizes is over their logarithms.
 
 Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 
@@ -35,14 +36,16 @@ from oilfilm.surface.kernels import (
 )
 from oilfilm.surface.reduction import ReducedCurves
 
-# Any law: from exact to a wrong one. This kappa is the misfit of the law.
+# Prior of kappa, the misfit of the law, for any law from an exact to a wrong one.
 MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
-# For intervals. Left-out levels do not show what is between them, so no law is taken as exact.
+# Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
+# as exact.
 CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
+# Largest number of steps of the search.
 _ITERATIONS = 300
 # The search ends at a step in which the likelihood rises by less than this, relatively.
 _RISE_PER_STEP = 1e-8
-# Logarithms of sizes are found to within this.
+# Error of the logarithm of a size at which the last part of the search ends.
 _LOGARITHM_ERROR = 1e-8
 _RIG_GAIN = "rig_gain"
 # Added to each variance, in units of the mean variance.
@@ -56,21 +59,21 @@ class Sizes:
     Attributes:
         effects: Standard deviation of each effect of runs, shape (effects,).
         noise: Standard deviation of the noise of points in ln mu.
-        departure: Sizes of the departure from the law.
+        departure_sizes: Sizes of the departure from the law.
         rig_gain: Standard deviation of the gain that the runs of a rig share; 0 where rigs are not
             told apart.
     """
 
     effects: FloatArray
     noise: float
-    departure: DepartureSizes
+    departure_sizes: DepartureSizes
     rig_gain: float = 0.0
 
     @classmethod
     def from_logarithms(cls, logarithms: FloatArray) -> "Sizes":
         """The sizes from their logarithms, in the order of `size_names`."""
         values = np.exp(logarithms)
-        departure = DepartureSizes(
+        departure_sizes = DepartureSizes(
             kappa=values[5],
             main=values[6:9],
             interaction=values[9],
@@ -79,11 +82,11 @@ class Sizes:
             slip_trend=values[14],
         )
         rig_gain = float(values[15]) if len(values) > _WITHOUT_RIGS else 0.0
-        return cls(values[:4], values[4], departure, rig_gain)
+        return cls(values[:4], values[4], departure_sizes, rig_gain)
 
     def logarithms(self) -> FloatArray:
         """Logarithms of the sizes, in the order of `size_names`."""
-        departure = self.departure
+        departure = self.departure_sizes
         condition_sizes = [departure.interaction, departure.slip_length, *departure.lengths]
         rig_sizes = [self.rig_gain] if self.rig_gain else []
         return np.log(
@@ -149,7 +152,7 @@ class CurveCovariance:
     @property
     def kernel(self) -> ConditionKernel:
         """Covariance over conditions."""
-        return ConditionKernel(self.box, self.sizes.departure)
+        return ConditionKernel(self.box, self.sizes.departure_sizes)
 
     @cached_property
     def factors(self) -> tuple[FloatArray, FloatArray]:
@@ -157,83 +160,91 @@ class CurveCovariance:
         return self.kernel.factors(self.curves.conditions, self.curves.conditions)
 
     @cached_property
-    def sizes_over_slip(self) -> FloatArray:
-        """w at each slip, shape (slips,)."""
-        return self.sizes.departure.over_slip(self.curves.slips)
+    def size_at_slips(self) -> FloatArray:
+        """w at each of the slips of the curves, shape (slips,)."""
+        return self.sizes.departure_sizes.size_at_slips(self.curves.slips)
 
     @cached_property
     def size_in_coordinates(self) -> FloatArray:
         """Coordinates of w, the size of the departure over slip."""
-        return np.asarray(self.curves.to_slips @ self.sizes_over_slip)
+        return np.asarray(self.curves.slip_weights_of_coordinates @ self.size_at_slips)
 
     @cached_property
     def slip_distances(self) -> FloatArray:
         """Distances of the scaled slips over the length, shape (slips, slips)."""
         slips = self.curves.slips
-        return np.subtract.outer(slips, slips) / self.sizes.departure.slip_length
+        return np.subtract.outer(slips, slips) / self.sizes.departure_sizes.slip_length
 
     @cached_property
     def slip_covariance(self) -> FloatArray:
         """w M w' between the slips, shape (slips, slips)."""
-        size_over_slip = self.sizes_over_slip
+        size_over_slip = self.size_at_slips
         return matern(self.slip_distances) * np.outer(size_over_slip, size_over_slip)
 
     def matrix(self) -> FloatArray:
         """The covariance, shape (coordinates, coordinates)."""
         curves = self.curves
         overall_factor, slip_factor = self.factors
-        covariance = curves.over_slip(self.slip_covariance)
-        covariance *= curves.expanded(slip_factor)
-        overall_covariance = curves.expanded(overall_factor)
+        covariance = curves.covariance_from_slips(self.slip_covariance)
+        covariance *= curves.expanded_to_coordinates(slip_factor)
+        overall_covariance = curves.expanded_to_coordinates(overall_factor)
         overall_covariance *= self.size_in_coordinates[:, np.newaxis]
         overall_covariance *= self.size_in_coordinates
         covariance += overall_covariance
         covariance += curves.law_slopes @ curves.law_slopes.T
         if self.sizes.rig_gain:
             covariance += self.sizes.rig_gain**2 * curves.gain_products_of_rigs
-        covariance[curves.pairs] += curves.effect_products @ self.sizes.effects**2
+        covariance[curves.coordinate_pairs] += curves.effect_products @ self.sizes.effects**2
         diagonal = np.diag_indices_from(covariance)
         # rounding of large variances, as of a kappa above 1, must not make the matrix indefinite
         covariance[diagonal] += self.sizes.noise**2 + _JITTER * np.mean(covariance[diagonal])
         return covariance
 
     def slopes(self, weight: FloatArray) -> FloatArray:
-        """Sums of `weight` times the derivative of the covariance by each logarithm of a size.
+        """Sum of `weight` times the derivative of the covariance by the logarithm of each size.
+
+        The order is that of `size_names`, shape (sizes,).
 
         Args:
             weight: Symmetric, shape (coordinates, coordinates).
         """
-        curves, size_over_slip = self.curves, self.sizes_over_slip
+        curves, size_over_slip = self.curves, self.size_at_slips
         overall_factor, slip_factor = self.factors
-        by_name = {"noise": 2 * self.sizes.noise**2 * np.trace(weight)}
-        effect_slopes = 2 * self.sizes.effects**2 * (weight[curves.pairs] @ curves.effect_products)
-        by_name.update(zip(EFFECTS, effect_slopes, strict=True))
+        slopes_by_size_name = {"noise": 2 * self.sizes.noise**2 * np.trace(weight)}
+        effect_slopes = (
+            2 * self.sizes.effects**2 * (weight[curves.coordinate_pairs] @ curves.effect_products)
+        )
+        slopes_by_size_name.update(zip(EFFECTS, effect_slopes, strict=True))
 
         # summed over the coordinates of a curve on one side of the matrix
-        weight_by_curve = curves.summed(weight * self.size_in_coordinates[:, np.newaxis]).T
-        overall_weight = curves.summed(self.size_in_coordinates[:, np.newaxis] * weight_by_curve)
-        slip_weight = curves.summed(
-            curves.summed(weight * curves.over_slip(self.slip_covariance)).T
+        weight_by_curve = curves.summed_by_curve(weight * self.size_in_coordinates[:, np.newaxis]).T
+        overall_weight = curves.summed_by_curve(
+            self.size_in_coordinates[:, np.newaxis] * weight_by_curve
+        )
+        slip_weight = curves.summed_by_curve(
+            curves.summed_by_curve(weight * curves.covariance_from_slips(self.slip_covariance)).T
         )
         for name, (overall_slope, slip_slope) in self.kernel.slopes(curves.conditions).items():
-            by_name[name] = np.vdot(overall_weight, overall_slope) + np.vdot(
+            slopes_by_size_name[name] = np.vdot(overall_weight, overall_slope) + np.vdot(
                 slip_weight, slip_slope
             )
 
-        slip_sums = curves.onto_slips(weight * curves.expanded(slip_factor))
+        slip_sums = curves.summed_onto_slips(weight * curves.expanded_to_coordinates(slip_factor))
         by_length = matern_slope(self.slip_distances) * np.outer(size_over_slip, size_over_slip)
-        by_name["slip_length"] = np.vdot(slip_sums, by_length)
+        slopes_by_size_name["slip_length"] = np.vdot(slip_sums, by_length)
         exponent = trend_exponent(curves.slips)
         by_trend = self.slip_covariance * np.add.outer(exponent, exponent)
-        size_by_trend = np.asarray(curves.to_slips @ (exponent * size_over_slip))
-        trend_weight = curves.summed(size_by_trend[:, np.newaxis] * weight_by_curve)
+        size_by_trend = np.asarray(curves.slip_weights_of_coordinates @ (exponent * size_over_slip))
+        trend_weight = curves.summed_by_curve(size_by_trend[:, np.newaxis] * weight_by_curve)
         overall_slope_by_trend = np.vdot(trend_weight, overall_factor)
-        by_name["slip_trend"] = np.vdot(slip_sums, by_trend) + 2 * overall_slope_by_trend
+        slopes_by_size_name["slip_trend"] = (
+            np.vdot(slip_sums, by_trend) + 2 * overall_slope_by_trend
+        )
         names = size_names(tells_rigs_apart=bool(self.sizes.rig_gain))
         if self.sizes.rig_gain:
             gain_sum = np.vdot(weight, curves.gain_products_of_rigs)
-            by_name[_RIG_GAIN] = 2 * self.sizes.rig_gain**2 * gain_sum
-        return np.array([by_name[name] for name in names])
+            slopes_by_size_name[_RIG_GAIN] = 2 * self.sizes.rig_gain**2 * gain_sum
+        return np.array([slopes_by_size_name[name] for name in names])
 
 
 def objective(
@@ -257,10 +268,10 @@ def objective(
     inverse -= np.outer(weights, weights)
     gradient = covariance.slopes(inverse) / 2
 
-    noise = size_names().index("noise")
-    scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[noise])
-    value += curves.residual_freedom * logarithms[noise] + scaled_squares / 2
-    gradient[noise] += curves.residual_freedom - scaled_squares
+    noise_index = size_names().index("noise")
+    scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[noise_index])
+    value += curves.residual_freedom * logarithms[noise_index] + scaled_squares / 2
+    gradient[noise_index] += curves.residual_freedom - scaled_squares
 
     medians = np.log([prior.median for prior in size_priors])
     prior_sds = np.array([prior.ln_sd for prior in size_priors])
@@ -322,7 +333,7 @@ def most_likely_logarithms(
     upper = np.log([prior.largest for prior in size_priors])
     if start is None:
         start = np.log([prior.median for prior in size_priors])
-    search = scipy.optimize.minimize(
+    result = scipy.optimize.minimize(
         objective_of,
         np.clip(start, lower, upper),
         jac=True,
@@ -330,10 +341,10 @@ def most_likely_logarithms(
         bounds=scipy.optimize.Bounds(lower, upper),
         options={"maxiter": _ITERATIONS, "ftol": _RISE_PER_STEP},
     )
-    logarithms = np.asarray(search.x)
-    if search.success:
+    logarithms = np.asarray(result.x)
+    if result.success:
         logarithms = _where_slopes_vanish(objective_of, logarithms, lower, upper)
-    return FoundSizes(logarithms, bool(search.success))
+    return FoundSizes(logarithms, bool(result.success))
 
 
 def _where_slopes_vanish(
@@ -342,7 +353,7 @@ def _where_slopes_vanish(
     lower: FloatArray,
     upper: FloatArray,
 ) -> FloatArray:
-    """The maximum near the end of a search, by its slopes.
+    """The maximum near the end of a search: where the slopes are 0.
 
     A search ends where rounding hides the rise of the likelihood, whose logarithm is about 10^4.
     Where it ends then depends on the kernels of the machine. The slopes are known to more digits.
@@ -354,27 +365,27 @@ def _where_slopes_vanish(
         upper: Upper bounds.
 
     Returns:
-        Logarithms of the sizes; those given where the slopes are not smaller elsewhere.
+        Logarithms of the sizes at the maximum, or those given if no smaller slopes were found.
     """
-    free = (logarithms > lower) & (logarithms < upper)
+    is_free = (logarithms > lower) & (logarithms < upper)
 
-    def with_free(values: FloatArray) -> FloatArray:
+    def with_free(free_logarithms: FloatArray) -> FloatArray:
         """All logarithms, with these values where they are free."""
         changed = logarithms.copy()
-        changed[free] = np.clip(values, lower[free], upper[free])
+        changed[is_free] = np.clip(free_logarithms, lower[is_free], upper[is_free])
         return changed
 
-    def free_slopes(values: FloatArray) -> FloatArray:
+    def free_slopes(free_logarithms: FloatArray) -> FloatArray:
         """Slopes of the objective by the free logarithms."""
-        _, slopes = objective_of(with_free(values))
-        return slopes[free]
+        _, slopes = objective_of(with_free(free_logarithms))
+        return slopes[is_free]
 
-    found = scipy.optimize.root(
-        free_slopes, logarithms[free], method="hybr", options={"xtol": _LOGARITHM_ERROR}
+    root = scipy.optimize.root(
+        free_slopes, logarithms[is_free], method="hybr", options={"xtol": _LOGARITHM_ERROR}
     )
-    largest_before = np.abs(free_slopes(logarithms[free])).max(initial=0)
-    largest_slope = np.abs(found.fun).max(initial=0)
-    return with_free(found.x) if largest_slope < largest_before else logarithms
+    largest_before = np.abs(free_slopes(logarithms[is_free])).max(initial=0)
+    largest_slope = np.abs(root.fun).max(initial=0)
+    return with_free(root.x) if largest_slope < largest_before else logarithms
 
 
 def _half_log_determinant_and_inverse(matrix: FloatArray) -> tuple[float, FloatArray]:

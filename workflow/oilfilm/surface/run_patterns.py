@@ -1,7 +1,10 @@
 """Patterns over the runs of a campaign, and how well each of them explains the points.
 
-Positions in time are whole numbers. A step, a block and a single run are intervals of time, so that
-cumulative sums give all of them at once. A Fourier transform gives all seasons at once.
+A pattern p has a value per run (one curve is one run here), and a change of the rig is a size times
+a pattern. `effect_likelihood` defines W, q and the likelihood ratio of a pattern.
+
+The position of a run in time is its rank, from 0. A step, a block and a single run are intervals of
+positions: cumulative sums give all of them at once. A Fourier transform gives all seasons.
 
 Decides: which changes of a rig over its runs are looked for.
 """
@@ -16,25 +19,29 @@ from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effect_likelihood import Information
 
-# A season has a phase beside its size, which counts as so many patterns.
+# A season has a phase beside its size. Its phases count as this number of patterns.
 _PHASES = 4
-# Longest campaign in which pairs of runs are exchanged while groups are searched.
+# Largest number of runs with which pairs of runs are exchanged in the search for a group.
 _LARGEST_WITH_EXCHANGE = 150
-# Starts of the search for a group, and its largest number of steps.
-_STARTS, _STEPS = 3, 60
+# Number of starts of the search for a group, per order of the runs.
+_STARTS = 3
+# Largest number of steps of this search.
+_STEPS = 60
+# Keeps a quotient finite where the divisor is 0.
 _TINY = 1e-300
-# Columns of a root that are summed over patterns at once: all of them would be several roots.
+# Number of columns of a root that are summed over patterns at once. All columns at once would take
+# several times the memory of the root.
 _COLUMNS_AT_ONCE = 32
 
 
 def _column_blocks(root: FloatArray) -> Iterator[FloatArray]:
     """The columns of a root, some at a time."""
-    for first in range(0, root.shape[1], _COLUMNS_AT_ONCE):
-        yield root[:, first : first + _COLUMNS_AT_ONCE]
+    for first_column in range(0, root.shape[1], _COLUMNS_AT_ONCE):
+        yield root[:, first_column : first_column + _COLUMNS_AT_ONCE]
 
 
 class Patterns(Protocol):
-    """Patterns of one kind over the runs."""
+    """Patterns of one kind over the runs, and their likelihood ratios."""
 
     @property
     def kind(self) -> str:
@@ -47,8 +54,8 @@ class Patterns(Protocol):
         ...
 
     @property
-    def chances(self) -> float:
-        """Number of patterns that chance may choose from."""
+    def chance_count(self) -> float:
+        """Number of patterns from which chance may choose: a season counts once per phase."""
         ...
 
     def ratios(self, information: Information, precision: float) -> FloatArray:
@@ -60,84 +67,84 @@ class Patterns(Protocol):
         """
         ...
 
-    def columns(self, number: int) -> FloatArray:
+    def pattern_columns(self, pattern_index: int) -> FloatArray:
         """One pattern, or the sine and the cosine of a season, shape (curves, 1 or 2)."""
         ...
 
-    def label(self, number: int) -> str:
+    def label(self, pattern_index: int) -> str:
         """What the runs of a pattern have in common; empty if that is not known."""
         ...
 
 
 @dataclass(frozen=True)
-class Columns:
-    """Patterns that are given one by one.
+class GivenPatterns:
+    """Patterns of any form, each given as a column.
 
     Attributes:
         kind: trend or label.
-        values: One pattern per column, shape (curves, patterns).
-        labels: What the runs have in common, one per pattern.
+        patterns: One pattern per column, shape (curves, patterns).
+        labels: What the runs of each pattern have in common; empty if that is not known.
     """
 
     kind: str
-    values: FloatArray
+    patterns: FloatArray
     labels: tuple[str, ...]
 
     @property
     def count(self) -> int:
         """See `Patterns`."""
-        return self.values.shape[1]
+        return self.patterns.shape[1]
 
     @property
-    def chances(self) -> float:
+    def chance_count(self) -> float:
         """See `Patterns`."""
         return float(self.count)
 
     def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
-        return (information.pull @ self.values) ** 2 / (self.power(information) + precision)
+        return (information.pull @ self.patterns) ** 2 / (self.power(information) + precision)
 
     def power(self, information: Information) -> FloatArray:
         """p' W p of each pattern p, shape (patterns,)."""
-        return information.between(self.values, self.values)
+        return information.products(self.patterns, self.patterns)
 
     @property
     def squares(self) -> FloatArray:
         """Sum of squares of each pattern about its mean, shape (patterns,)."""
-        return np.sum((self.values - self.values.mean(axis=0)) ** 2, axis=0)
+        return np.sum((self.patterns - self.patterns.mean(axis=0)) ** 2, axis=0)
 
-    def columns(self, number: int) -> FloatArray:
+    def pattern_columns(self, pattern_index: int) -> FloatArray:
         """See `Patterns`."""
-        return self.values[:, [number]]
+        return self.patterns[:, [pattern_index]]
 
-    def label(self, number: int) -> str:
+    def label(self, pattern_index: int) -> str:
         """See `Patterns`."""
-        return self.labels[number]
+        return self.labels[pattern_index]
 
 
 @dataclass(frozen=True)
-class Intervals:
-    """Patterns of runs that follow each other in time.
+class IntervalPatterns:
+    """Patterns that are 1 for runs that follow each other in time, and 0 for all others.
 
     Attributes:
         kind: step, block or run.
-        order: Position in time of each curve, from 0, shape (curves,).
-        starts: First position of each pattern, shape (patterns,).
-        ends: First position after each pattern, shape (patterns,).
+        position_in_time: Position in time of each curve, from 0, shape (curves,).
+        start_positions: First position of each pattern, shape (patterns,).
+        end_positions: First position after each pattern, shape (patterns,).
     """
 
     kind: str
-    order: IndexArray
-    starts: IndexArray
-    ends: IndexArray
+    position_in_time: IndexArray
+    start_positions: IndexArray
+    end_positions: IndexArray
 
     @property
     def count(self) -> int:
         """See `Patterns`."""
-        return len(self.starts)
+        return len(self.start_positions)
 
     @property
-    def chances(self) -> float:
+    def chance_count(self) -> float:
         """See `Patterns`."""
         return float(self.count)
 
@@ -157,62 +164,68 @@ class Intervals:
     @property
     def squares(self) -> FloatArray:
         """Sum of squares of each pattern about its mean, shape (patterns,)."""
-        runs, inside = len(self.order), self.ends - self.starts
-        return inside * (runs - inside) / runs
+        run_count = len(self.position_in_time)
+        runs_inside = self.end_positions - self.start_positions
+        return runs_inside * (run_count - runs_inside) / run_count
 
-    def columns(self, number: int) -> FloatArray:
+    def pattern_columns(self, pattern_index: int) -> FloatArray:
         """See `Patterns`."""
-        inside = (self.order >= self.starts[number]) & (self.order < self.ends[number])
-        return inside[:, np.newaxis].astype(float)
+        has_begun = self.position_in_time >= self.start_positions[pattern_index]
+        has_ended = self.position_in_time >= self.end_positions[pattern_index]
+        return (has_begun & ~has_ended)[:, np.newaxis].astype(float)
 
-    def label(self, number: int) -> str:
+    def label(self, pattern_index: int) -> str:
         """See `Patterns`."""
         return ""
 
-    def _sums(self, values: FloatArray) -> FloatArray:
+    def _sums(self, rows_of_curves: FloatArray) -> FloatArray:
         """Sums of rows over each interval, shape (patterns, columns).
 
         Args:
-            values: One row per curve, shape (curves, columns).
+            rows_of_curves: One row per curve, shape (curves, columns).
         """
-        total = np.zeros((len(values) + 1, values.shape[1]))
-        np.cumsum(values[np.argsort(self.order)], axis=0, out=total[1:])
-        return total[self.ends] - total[self.starts]
+        cumulative_sums = np.zeros((len(rows_of_curves) + 1, rows_of_curves.shape[1]))
+        rows_in_time = rows_of_curves[np.argsort(self.position_in_time)]
+        np.cumsum(rows_in_time, axis=0, out=cumulative_sums[1:])
+        return cumulative_sums[self.end_positions] - cumulative_sums[self.start_positions]
 
 
 @dataclass(frozen=True)
-class Seasons:
-    """Sine and cosine of periods between two runs and all runs.
+class SeasonPatterns:
+    """Sines and cosines over time, with periods from two runs to all runs.
 
-    The frequencies are k/(2 n) per run for n runs, with k from 2 to n.
+    With n runs the frequencies are k/(2 n) per run, and k goes from 2 to n. A pattern is a sine and
+    a cosine of one frequency.
 
     Attributes:
-        order: Position in time of each curve, from 0, shape (curves,).
+        position_in_time: Position in time of each curve, from 0, shape (curves,).
     """
 
-    order: IndexArray
+    position_in_time: IndexArray
 
     kind = "season"
 
     @property
     def count(self) -> int:
         """See `Patterns`."""
-        return len(self.order) - 1
+        return len(self.position_in_time) - 1
 
     @property
-    def chances(self) -> float:
+    def chance_count(self) -> float:
         """See `Patterns`."""
         return float(_PHASES * self.count)
 
     def ratios(self, information: Information, precision: float) -> FloatArray:
         """See `Patterns`."""
-        by_time = np.argsort(self.order)
-        points = 2 * len(self.order)
-        numbers = np.arange(2, len(self.order) + 1)
-        pull = np.fft.fft(information.pull[by_time], points)[numbers]
-        unshared = np.fft.fft(information.unshared[by_time], points)
-        unshared_at_double = unshared[2 * numbers % points]
+        curves_by_time = np.argsort(self.position_in_time)
+        transform_length = 2 * len(self.position_in_time)
+        # k of the class docstring: the index of a frequency in a transform of 2 n values
+        frequencies = np.arange(2, len(self.position_in_time) + 1)
+        pull = np.fft.fft(information.pull[curves_by_time], transform_length)[frequencies]
+        unshared = np.fft.fft(information.unshared[curves_by_time], transform_length)
+        unshared_at_double = unshared[2 * frequencies % transform_length]
         # cos^2 = (1 + cos 2x)/2, sin^2 = (1 - cos 2x)/2, sin cos = (sin 2x)/2
+        # W of cosine and cosine, of sine and sine, and of sine and cosine, of each frequency
         cosine = (unshared[0].real + unshared_at_double.real) / 2
         sine = (unshared[0].real - unshared_at_double.real) / 2
         cross = -unshared_at_double.imag / 2
@@ -220,7 +233,7 @@ class Seasons:
         cosine += precision
         sine += precision
         for columns in _column_blocks(information.root):
-            root = np.fft.fft(columns[by_time], points, axis=0)[numbers]
+            root = np.fft.fft(columns[curves_by_time], transform_length, axis=0)[frequencies]
             cosine += sign * np.sum(root.real**2, axis=1)
             sine += sign * np.sum(root.imag**2, axis=1)
             cross -= sign * np.sum(root.real * root.imag, axis=1)
@@ -228,172 +241,188 @@ class Seasons:
         squares = cosine * pull.imag**2 + sine * pull.real**2
         return np.asarray((squares + 2 * cross * pull.imag * pull.real) / determinant)
 
-    def columns(self, number: int) -> FloatArray:
+    def pattern_columns(self, pattern_index: int) -> FloatArray:
         """See `Patterns`."""
-        angle = np.pi * (number + 2) / len(self.order) * self.order
+        angle = np.pi * (pattern_index + 2) / len(self.position_in_time) * self.position_in_time
         return np.column_stack([np.sin(angle), np.cos(angle)])
 
-    def label(self, number: int) -> str:
+    def label(self, pattern_index: int) -> str:
         """See `Patterns`."""
         return ""
 
 
 def patterns_over_time(
-    order: IndexArray, fewest_runs: int, longest_block: int
+    position_in_time: IndexArray, fewest_runs: int, longest_block: int
 ) -> tuple[Patterns, ...]:
     """Trend, steps, seasons, blocks of runs, and single runs.
 
     Args:
-        order: Position in time of each curve, from 0, shape (curves,).
-        fewest_runs: A step leaves so many runs on either side.
-        longest_block: Runs of the longest block; a block has a third of all runs at most.
+        position_in_time: Position in time of each curve, from 0, shape (curves,).
+        fewest_runs: Fewest runs on either side of a step.
+        longest_block: Number of runs of the longest block; a block has a third of all runs at most.
     """
-    runs = len(order)
-    trend = order / max(runs - 1, 1) - 0.5
-    lengths = range(2, min(longest_block, runs // 3) + 1)
-    starts = [np.arange(runs - length + 1) for length in lengths]
-    ends = [np.arange(length, runs + 1) for length in lengths]
-    no_rows = np.empty(0, dtype=np.int64)
-    all_positions = np.arange(runs)
+    run_count = len(position_in_time)
+    trend = position_in_time / max(run_count - 1, 1) - 0.5
+    block_lengths = range(2, min(longest_block, run_count // 3) + 1)
+    block_starts = [np.arange(run_count - length + 1) for length in block_lengths]
+    block_ends = [np.arange(length, run_count + 1) for length in block_lengths]
+    no_positions = np.empty(0, dtype=np.int64)
+    all_positions = np.arange(run_count)
     return (
-        Columns("trend", trend[:, np.newaxis], ("",)),
-        steps_over_time(order, fewest_runs),
-        Seasons(order),
-        Intervals(
-            "block", order, np.concatenate([no_rows, *starts]), np.concatenate([no_rows, *ends])
+        GivenPatterns("trend", trend[:, np.newaxis], ("",)),
+        steps_over_time(position_in_time, fewest_runs),
+        SeasonPatterns(position_in_time),
+        IntervalPatterns(
+            "block",
+            position_in_time,
+            np.concatenate([no_positions, *block_starts]),
+            np.concatenate([no_positions, *block_ends]),
         ),
-        Intervals("run", order, all_positions, all_positions + 1),
+        IntervalPatterns("run", position_in_time, all_positions, all_positions + 1),
     )
 
 
-def steps_over_time(order: IndexArray, fewest_runs: int) -> Intervals:
-    """A step at each run that leaves some runs on either side.
+def steps_over_time(position_in_time: IndexArray, fewest_runs: int) -> IntervalPatterns:
+    """A step at each run that has enough runs on either side.
 
     Args:
-        order: Position in time of each curve, from 0, shape (curves,).
-        fewest_runs: The number of these runs.
+        position_in_time: Position in time of each curve, from 0, shape (curves,).
+        fewest_runs: Fewest runs on either side of a step.
     """
-    runs = len(order)
-    starts = np.arange(fewest_runs, runs - fewest_runs + 1)
-    return Intervals("step", order, starts, np.full(len(starts), runs))
+    run_count = len(position_in_time)
+    start_positions = np.arange(fewest_runs, run_count - fewest_runs + 1)
+    return IntervalPatterns(
+        "step", position_in_time, start_positions, np.full(len(start_positions), run_count)
+    )
 
 
-def patterns_of_labels(labels: Mapping[str, BoolArray]) -> Columns:
+def patterns_of_labels(members_by_label: Mapping[str, BoolArray]) -> GivenPatterns:
     """The runs of each label against all others.
 
-    Labels of the same runs are one, with the first name. Of two labels that divide all runs the
-    smaller one stays. A label of a single run, or of all runs but one, is no pattern of its own.
+    Labels of the same runs give one pattern, with the first of these labels. Of two labels that
+    divide all runs, the one of fewer runs is kept. A label of a single run, or of all runs but one,
+    gives no pattern.
 
     Args:
-        labels: Whether each curve has a label, by label, shape (curves,).
+        members_by_label: Whether each curve has the label, by label, shape (curves,).
     """
-    chosen: dict[bytes, tuple[str, BoolArray]] = {}
-    for label, members in labels.items():
+    pattern_by_members: dict[bytes, tuple[str, BoolArray]] = {}
+    for label, members in members_by_label.items():
         if not 2 <= np.count_nonzero(members) <= len(members) - 2:
             continue
-        opposite = chosen.get((~members).tobytes())
+        opposite = pattern_by_members.get((~members).tobytes())
         if opposite is not None:
             _, opposite_members = opposite
             if np.count_nonzero(members) >= np.count_nonzero(opposite_members):
                 continue
-            del chosen[(~members).tobytes()]
-        chosen.setdefault(members.tobytes(), (label, members))
-    curves = len(next(iter(labels.values()))) if labels else 0
-    values = [np.zeros((curves, 0)), *(members[:, np.newaxis] for _, members in chosen.values())]
-    names = tuple(label for label, _ in chosen.values())
-    return Columns("label", np.hstack(values).astype(float), names)
+            del pattern_by_members[(~members).tobytes()]
+        pattern_by_members.setdefault(members.tobytes(), (label, members))
+    curve_count = len(next(iter(members_by_label.values()))) if members_by_label else 0
+    pattern_columns = [
+        np.zeros((curve_count, 0)),
+        *(members[:, np.newaxis] for _, members in pattern_by_members.values()),
+    ]
+    kept_labels = tuple(label for label, _ in pattern_by_members.values())
+    return GivenPatterns("label", np.hstack(pattern_columns).astype(float), kept_labels)
 
 
-def ln_groups(runs: int) -> FloatArray:
-    """Logarithm of the number of groups of 0, 1, ... runs, up to half of them.
+def ln_groups(run_count: int) -> FloatArray:
+    """Logarithm of the number of groups of 0, 1, ... runs, up to half of the runs.
 
     >>> print(f"{np.exp(ln_groups(24)[12]):.0f}")
     2704156
     """
-    logarithms = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, runs + 1)))])
-    sizes = np.arange(runs // 2 + 1)
-    return logarithms[runs] - logarithms[sizes] - logarithms[runs - sizes]
+    ln_factorials = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, run_count + 1)))])
+    sizes = np.arange(run_count // 2 + 1)
+    return ln_factorials[run_count] - ln_factorials[sizes] - ln_factorials[run_count - sizes]
 
 
 def likeliest_group(information: Information, precision: float) -> BoolArray:
-    """The two groups of runs that explain most, less the penalty of their number.
+    """The division of the runs into two groups that explains most, less the penalty of its chances.
 
     Runs are sorted by their estimated effects and cut in two. The best cuts are improved by single
-    runs that change sides, and by pairs of runs that change places. The smaller group is returned.
-    It has two runs at least, shape (curves,).
+    runs that change sides, and by pairs of runs that change places.
 
     Args:
         information: What the points say of the effects.
         precision: Inverse variance of the size of a change, before the data.
+
+    Returns:
+        Whether each run is in the smaller group, which has at least two runs, shape (curves,).
     """
-    runs = len(information.pull)
-    penalty = 2 * ln_groups(runs)
+    run_count = len(information.pull)
+    penalty = 2 * ln_groups(run_count)
     diagonal = information.diagonal()
     starts = []
-    for estimate in (information.pull, information.pull / np.maximum(diagonal, _TINY)):
+    for estimated_effects in (information.pull, information.pull / np.maximum(diagonal, _TINY)):
         for direction in (1, -1):
-            sorted_runs = np.argsort(direction * estimate, kind="stable")
-            position = np.empty(runs, dtype=np.int64)
-            position[sorted_runs] = np.arange(runs)
-            sizes = np.arange(2, runs // 2 + 1)
-            cuts = Intervals("cut", position, np.zeros_like(sizes), sizes)
-            scores = cuts.ratios(information, precision) - penalty[sizes]
-            for number in np.argsort(-scores, kind="stable")[:_STARTS]:
-                starts.append((float(scores[number]), position < sizes[number]))
-    improved = [_improved(information, precision, penalty, start) for _, start in starts]
-    best = int(first_largest([score for score, _ in improved]))
-    _, members = improved[best]
+            sorted_runs = np.argsort(direction * estimated_effects, kind="stable")
+            rank_of_run = np.empty(run_count, dtype=np.int64)
+            rank_of_run[sorted_runs] = np.arange(run_count)
+            group_sizes = np.arange(2, run_count // 2 + 1)
+            cuts = IntervalPatterns("cut", rank_of_run, np.zeros_like(group_sizes), group_sizes)
+            scores = cuts.ratios(information, precision) - penalty[group_sizes]
+            for size_index in np.argsort(-scores, kind="stable")[:_STARTS]:
+                starts.append(rank_of_run < group_sizes[size_index])
+    improved_groups = [_improved(information, precision, penalty, start) for start in starts]
+    best_index = int(first_largest([score for score, _ in improved_groups]))
+    _, members = improved_groups[best_index]
     return members
 
 
 def _improved(
-    information: Information, precision: float, penalty: FloatArray, members: BoolArray
+    information: Information, precision: float, penalty: FloatArray, is_member: BoolArray
 ) -> tuple[float, BoolArray]:
-    """A group after all changes of sides that improve it, and its score.
+    """Improves a group by changes of sides; returns its score, and whether each run is in it.
 
     Args:
         information: What the points say of the effects.
         precision: Inverse variance of the size of a change, before the data.
-        penalty: Penalty by the number of runs in the group.
-        members: Whether each run is in the group at the start.
+        penalty: Penalty on the score of a group of 0, 1, ... runs.
+        is_member: Whether each run is in the group at the start, shape (curves,).
     """
-    runs = len(members)
-    members = members.copy()
+    run_count = len(is_member)
+    is_member = is_member.copy()
     diagonal = information.diagonal()
-    with_pairs = runs <= _LARGEST_WITH_EXCHANGE
-    between = information.times(np.eye(runs)) if with_pairs else None
+    # W in full, for pairs of runs that change places; None where there are too many runs for that
+    w_matrix = None
+    if run_count <= _LARGEST_WITH_EXCHANGE:
+        w_matrix = information.times(np.eye(run_count))
     score = -np.inf
     for _ in range(_STEPS):
-        pattern = members.astype(float)
-        sums = information.times(pattern)
-        pull, power = float(information.pull @ pattern), float(sums @ pattern) + precision
-        present_score = pull**2 / power - penalty[np.count_nonzero(members)]
+        pattern = is_member.astype(float)
+        w_times_pattern = information.times(pattern)
+        pull = float(information.pull @ pattern)
+        power = float(w_times_pattern @ pattern) + precision
+        present_score = pull**2 / power - penalty[np.count_nonzero(is_member)]
         if present_score <= score + 1e-6:
             break
         score = present_score
-        step = np.where(members, -1.0, 1.0)
-        new_pull = pull + step * information.pull
-        new_power = power + 2 * step * sums + diagonal
-        new_count = np.count_nonzero(members) + step.astype(np.int64)
-        allowed = (new_count >= 2) & (new_count < len(penalty))
-        single_scores = new_pull**2 / new_power - penalty[new_count.clip(0, runs // 2)]
-        single_scores[~allowed] = -np.inf
-        changed = [int(np.argmax(single_scores))]
-        best_score = float(single_scores[changed[0]])
-        if between is not None:
-            leaving, joining = np.flatnonzero(members), np.flatnonzero(~members)
+        # -1 for a run that would leave the group, 1 for one that would join it
+        direction = np.where(is_member, -1.0, 1.0)
+        new_pull = pull + direction * information.pull
+        new_power = power + 2 * direction * w_times_pattern + diagonal
+        new_count = np.count_nonzero(is_member) + direction.astype(np.int64)
+        is_allowed = (new_count >= 2) & (new_count < len(penalty))
+        single_scores = new_pull**2 / new_power - penalty[new_count.clip(0, run_count // 2)]
+        single_scores[~is_allowed] = -np.inf
+        changed_runs = [int(np.argmax(single_scores))]
+        best_score = float(single_scores[changed_runs[0]])
+        if w_matrix is not None:
+            leaving = np.flatnonzero(is_member)
+            joining = np.flatnonzero(~is_member)
             pair_pull = new_pull[leaving, np.newaxis] + information.pull[joining]
             pair_power = (
                 new_power[leaving, np.newaxis]
-                + 2 * (sums[joining] - between[np.ix_(leaving, joining)])
+                + 2 * (w_times_pattern[joining] - w_matrix[np.ix_(leaving, joining)])
                 + diagonal[joining]
             )
             pair_scores = pair_pull**2 / pair_power - penalty[len(leaving)]
             leaver, joiner = np.unravel_index(int(np.argmax(pair_scores)), pair_scores.shape)
             if pair_scores[leaver, joiner] > best_score:
                 best_score = float(pair_scores[leaver, joiner])
-                changed = [int(leaving[leaver]), int(joining[joiner])]
+                changed_runs = [int(leaving[leaver]), int(joining[joiner])]
         if best_score <= score:
             break
-        members[changed] ^= True
-    return score, members
+        is_member[changed_runs] ^= True
+    return score, is_member

@@ -6,13 +6,13 @@ V K^-1 V' + (I - V V')/s^2, with K the covariance of the coordinates of curves a
 points.
 
 A bad curve makes the departure and the noise large, and so hides itself. It also makes good curves
-beside it look odd. So a curve is judged by the retained curves only, and the law and the sizes are
-fitted to these:
+near it look odd. So bad curves are left out. The retained curves alone judge all curves, and the
+law and the sizes are fitted to them:
 
-1. All curves are judged by the sizes that are expected before the data. A quarter is left out, one
-   after the other, each the one that agrees least.
+1. All curves are judged with the sizes that are expected before the data. A quarter of the curves
+   is left out, one after the other; each time it is the curve that agrees least.
 2. Law and sizes are fitted to the retained curves, and all curves are judged by these. Curves that
-   agree are retained again. The one that contradicts most is left out, until none does.
+   agree are retained again. The curve that contradicts most is left out, until none contradicts.
 3. Step 2 is repeated until the retained curves stay the same.
 4. A curve that was left out may show what the retained ones do not: a corner of the plan where the
    oil behaves otherwise. So it must also be odd, by half of the limit, where the departure from the
@@ -42,20 +42,20 @@ from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, spread_out
 from oilfilm.surface.quick_law import quick_law
-from oilfilm.surface.reduction import ReducedCurves, box_of, is_near_zero, reduced
+from oilfilm.surface.reduction import ReducedCurves, box_of, is_near_zero, reduced_curves
 from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, most_likely_sizes, priors
 from oilfilm.surface.surface import log_mu_of
 from oilfilm.surface.threads import with_one_blas_thread
 from oilfilm.traction.law import Law
 
-# Errors of a point over its standard deviation, and squares of a curve per point, above which the
-# shape is odd.
+# The shape of a curve is odd if the error of a point over its standard deviation is above the first
+# limit, or the mean square of these errors above the second.
 _ODD_POINT = 6.0
 _ODD_CURVE = 5.5
-# A curve whose mu is nowhere farther in ln mu from what the others say is not odd: in quiet
-# campaigns even errors are significant that no law and no bearing would notice.
+# A curve is not odd if its ln mu is nowhere farther than this from what the others say. In quiet
+# campaigns even errors that matter to no law and no bearing are significant.
 _ODD_DEVIATION = 0.05
-# The size of a curve, in these limits, from which on no other cause than a fault explains it.
+# Size of a curve (`CurveShape.size`) above which only a fault explains it.
 REFUSED_SIZE = 2.0
 # Fewer curves cannot judge each other: with one of them left out, four must agree.
 FEWEST_CURVES = 5
@@ -63,40 +63,42 @@ _FEWEST_RETAINED = 4
 # A curve is odd only if its size by the fit to all curves is 1 over this factor or more. A corner
 # of the plan where the oil behaves otherwise is far from a fit without it, and near a fit with it.
 _FACTOR_ON_SIZE_BY_ALL = 2.0
-# Standard deviation of the logarithm of a size that is known.
+# Standard deviation of the logarithm of a size that is taken as known.
 _KNOWN_LN_SD = 0.01
-# ln mu that no expected traction reaches; where the others say nothing, it might overflow.
+# Largest ln mu that is stated as expected. Where the others say nothing, mu might overflow.
 _LARGEST_LOG_MU = 0.0
-# Share of the curves that is left out at first. More bad curves than this may hide.
+# Share of the curves that is left out in step 1. More bad curves than this may stay hidden.
 _FIRST_LEFT_OUT = 0.25
 # Share of the curves that is left out at most. With more, no majority says what is right.
 _MOST_LEFT_OUT = 1 / 3
+# Largest number of repetitions of step 2.
 _MOST_ROUNDS = 5
-# Curves by which law and sizes are fitted, and curves that are judged together.
+# Number of curves to which law and sizes are fitted.
 _CURVES_OF_SAMPLE = 40
+# Largest number of curves that are judged together.
 _LARGEST_PART = 80
-# The zero of a run may be so many standard deviations off. The logarithm of a point must be linear
-# in it: at mu ten times this error it is so within 0.5 %.
+# Largest error of the zero of a run, in its standard deviations. ln mu must be linear in this
+# error: where mu is ten times the error, it is so within 0.5 %.
 _LARGEST_ZERO = 4.0
 _ZERO = EFFECTS.index("zero")
 
 
 @dataclass(frozen=True)
 class CurveShape:
-    """A curve beside the other curves of the oil.
+    """How far the shape of a curve is from what the other curves of the oil say.
 
     Attributes:
-        curve: Row of the curve in the measurements.
-        point: Row of the point in the measurements that is farthest from what the other curves say,
-            over its standard deviation.
+        curve_index: Index of the curve in the measurements.
+        point_index: Index in the measurements of the point that is farthest from what the other
+            curves say, over its standard deviation.
         expected_mu: mu at this point, as the other curves say.
         spread: Standard deviation of ln mu of a new run at this point, by the other curves.
         usual_spread: Median of this standard deviation over the points of the curve.
-        size: How far the curve is above the limits; above 1 it is odd.
+        size: Deviation of the curve over the limits; above 1 the curve is odd.
     """
 
-    curve: int
-    point: int
+    curve_index: int
+    point_index: int
     expected_mu: float
     spread: float
     usual_spread: float
@@ -104,7 +106,7 @@ class CurveShape:
 
     @property
     def smallest_seen(self) -> float:
-        """Smallest change of a usual point, in ln mu, that makes the curve odd."""
+        """Smallest change of ln mu at a typical point that would make the curve odd."""
         return _ODD_POINT * self.usual_spread
 
     @property
@@ -118,15 +120,15 @@ class PredictedCurve:
     """The coordinates of a curve, as some other curves predict them.
 
     Attributes:
-        points: Rows of its points, shape (points,).
+        point_indices: Indices of its points, shape (points,).
         vectors: V of the curve, shape (points, coordinates).
         error: Measured less predicted coordinates, shape (coordinates,).
-        covariance: Their covariance, shape (coordinates, coordinates).
+        covariance: Covariance of this error, shape (coordinates, coordinates).
         remainder: What V leaves of the departure at each point, shape (points,).
         noise: Standard deviation of the noise of points.
     """
 
-    points: IndexArray
+    point_indices: IndexArray
     vectors: FloatArray
     error: FloatArray
     covariance: FloatArray
@@ -135,16 +137,16 @@ class PredictedCurve:
 
     @cached_property
     def precision(self) -> FloatArray:
-        """Inverse of the covariance."""
+        """Inverse of the covariance, shape (coordinates, coordinates)."""
         inverse = scipy.linalg.inv(self.covariance)
         return np.asarray((inverse + inverse.T) / 2)
 
     @property
     def squares_per_point(self) -> float:
-        """Squares of the errors over their covariance, per point."""
+        """Mean over the points of the square of the error over its standard deviation."""
         squares = self.error @ self.precision @ self.error
         squares += np.sum(self.remainder**2) / self.noise**2
-        return float(squares) / len(self.points)
+        return float(squares) / len(self.point_indices)
 
     def point_scores(self) -> FloatArray:
         """Error of each point over its standard deviation, given all other points."""
@@ -174,7 +176,7 @@ class PredictedCurve:
 
 @dataclass(frozen=True)
 class CurveJudge:
-    """Curves with a covariance among them, for the judgement of each by some others.
+    """Judges each curve by some others, with the covariance among them.
 
     Attributes:
         curves: The curves.
@@ -192,80 +194,84 @@ class CurveJudge:
         return self.curves.vectors @ self.curves.departure + self.curves.remainder
 
     @cached_property
-    def by_curve(self) -> list[tuple[IndexArray, IndexArray, FloatArray]]:
-        """Indices of the coordinates, rows of the points, and V of each curve."""
-        coordinates_of_curves = coordinates_by_group(
-            self.curves.curve, np.arange(len(self.curves.conditions))
+    def indices_and_vectors_of_curves(self) -> list[tuple[IndexArray, IndexArray, FloatArray]]:
+        """Indices of the coordinates, indices of the points, and V of each curve."""
+        coordinate_indices_of_curves = coordinates_by_group(
+            self.curves.curve_of_coordinate, np.arange(len(self.curves.conditions))
         )
         return [
-            (coordinates, *self.curves.vectors_of(coordinates))
-            for coordinates in coordinates_of_curves
+            (coordinate_indices, *self.curves.vectors_of(coordinate_indices))
+            for coordinate_indices in coordinate_indices_of_curves
         ]
 
-    def predicted(self, retained: IndexArray) -> Iterator[PredictedCurve]:
-        """Each curve, as the retained curves but for itself predict it.
+    def predicted(self, retained_curves: IndexArray) -> Iterator[PredictedCurve]:
+        """Each curve, as the retained curves other than itself predict it.
 
         Args:
-            retained: Rows of the retained curves, in ascending order.
+            retained_curves: Indices of the retained curves, in ascending order.
         """
-        count = len(self.curves.conditions)
-        is_retained = np.isin(np.arange(count), retained)
-        retained_coordinates = np.flatnonzero(is_retained[self.curves.curve])
-        position_in_retained = np.zeros(len(self.curves.curve), dtype=np.int64)
+        curve_count = len(self.curves.conditions)
+        is_retained = np.isin(np.arange(curve_count), retained_curves)
+        retained_coordinates = np.flatnonzero(is_retained[self.curves.curve_of_coordinate])
+        position_in_retained = np.zeros(len(self.curves.curve_of_coordinate), dtype=np.int64)
         position_in_retained[retained_coordinates] = np.arange(len(retained_coordinates))
         inverse = scipy.linalg.inv(
             self.covariance[np.ix_(retained_coordinates, retained_coordinates)]
         )
         weights = inverse @ self.curves.departure[retained_coordinates]
-        for row, (coordinates, points, vectors) in enumerate(self.by_curve):
-            if is_retained[row]:
-                position_of_curve = position_in_retained[coordinates]
-                error_covariance = scipy.linalg.inv(
-                    inverse[np.ix_(position_of_curve, position_of_curve)]
-                )
-                error = error_covariance @ weights[position_of_curve]
+        for curve_index, (coordinate_indices, point_indices, vectors) in enumerate(
+            self.indices_and_vectors_of_curves
+        ):
+            if is_retained[curve_index]:
+                positions = position_in_retained[coordinate_indices]
+                error_covariance = scipy.linalg.inv(inverse[np.ix_(positions, positions)])
+                error = error_covariance @ weights[positions]
             else:
-                across = self.covariance[np.ix_(coordinates, retained_coordinates)]
-                error_covariance = self.covariance[np.ix_(coordinates, coordinates)]
+                across = self.covariance[np.ix_(coordinate_indices, retained_coordinates)]
+                error_covariance = self.covariance[np.ix_(coordinate_indices, coordinate_indices)]
                 error_covariance = error_covariance - across @ inverse @ across.T
-                error = self.curves.departure[coordinates] - across @ weights
-            remainder = self.curves.remainder[points]
+                error = self.curves.departure[coordinate_indices] - across @ weights
+            remainder = self.curves.remainder[point_indices]
             error_covariance = (error_covariance + error_covariance.T) / 2
-            yield PredictedCurve(points, vectors, error, error_covariance, remainder, self.noise)
+            yield PredictedCurve(
+                point_indices, vectors, error, error_covariance, remainder, self.noise
+            )
 
-    def sizes(self, retained: IndexArray) -> FloatArray:
+    def sizes(self, retained_curves: IndexArray) -> FloatArray:
         """`PredictedCurve.size` of each curve, shape (curves,)."""
-        return np.array([curve.size for curve in self.predicted(retained)])
+        return np.array(
+            [predicted_curve.size for predicted_curve in self.predicted(retained_curves)]
+        )
 
-    def settled(self, retained: IndexArray) -> IndexArray:
-        """The retained curves, changed until those agree that are retained and no others.
+    def settled(self, retained_curves: IndexArray) -> IndexArray:
+        """Indices of the curves that agree with each other: all that agree are retained, no others.
 
         Args:
-            retained: Rows of curves to begin with, most of which agree.
+            retained_curves: Indices of curves to begin with, most of which agree.
         """
-        count = len(self.curves.conditions)
-        fewest = max(_FEWEST_RETAINED, int(np.ceil((1 - _MOST_LEFT_OUT) * count)))
-        for _ in range(2 * count):
-            sizes = self.sizes(retained)
-            is_retained = np.isin(np.arange(count), retained)
-            returning = np.flatnonzero(~is_retained & (sizes <= 1))
-            worst = int(first_largest(np.where(is_retained, sizes, 0.0)))
-            if len(returning):
-                retained = np.sort(np.append(retained, returning))
-            elif sizes[worst] > 1 and len(retained) > fewest:
-                retained = retained[retained != worst]
+        curve_count = len(self.curves.conditions)
+        fewest_retained = max(_FEWEST_RETAINED, int(np.ceil((1 - _MOST_LEFT_OUT) * curve_count)))
+        for _ in range(2 * curve_count):
+            sizes = self.sizes(retained_curves)
+            is_retained = np.isin(np.arange(curve_count), retained_curves)
+            returning_curves = np.flatnonzero(~is_retained & (sizes <= 1))
+            worst_curve = int(first_largest(np.where(is_retained, sizes, 0.0)))
+            if len(returning_curves):
+                retained_curves = np.sort(np.append(retained_curves, returning_curves))
+            elif sizes[worst_curve] > 1 and len(retained_curves) > fewest_retained:
+                retained_curves = retained_curves[retained_curves != worst_curve]
             else:
                 break
-        return retained
+        return retained_curves
 
     def most_agreeing(self) -> IndexArray:
-        """Rows of the curves that are left when a quarter has been left out, the worst first."""
-        count = len(self.curves.conditions)
-        retained = np.arange(count)
-        for _ in range(int(_FIRST_LEFT_OUT * count)):
-            worst = int(first_largest(self.sizes(retained)[retained]))
-            retained = np.delete(retained, worst)
-        return retained
+        """Indices of the curves that remain when a quarter has been left out, the worst first."""
+        curve_count = len(self.curves.conditions)
+        retained_curves = np.arange(curve_count)
+        for _ in range(int(_FIRST_LEFT_OUT * curve_count)):
+            worst_position = int(first_largest(self.sizes(retained_curves)[retained_curves]))
+            retained_curves = np.delete(retained_curves, worst_position)
+        return retained_curves
 
 
 @dataclass(frozen=True)
@@ -287,7 +293,7 @@ class _Fit:
     def judge(self, measurements: Measurements, box: ConditionBox) -> CurveJudge:
         """The judge of some curves."""
         largest_zero = _LARGEST_ZERO * self.zero_sd
-        curves = reduced(measurements, self.law, self.log_mu, largest_zero, box)
+        curves = reduced_curves(measurements, self.law, self.log_mu, largest_zero, box)
         sizes = Sizes.from_logarithms(self.logarithms)
         covariance = CurveCovariance(curves, box, sizes)
         return CurveJudge(curves, covariance.matrix(), sizes.noise)
@@ -297,7 +303,7 @@ class _Fit:
 def curve_shapes(
     measurements: Measurements, law: Law, errors: RunErrorSizes | None = None
 ) -> tuple[CurveShape, ...]:
-    """Each curve beside the others that do not contradict each other, in the order of the curves.
+    """How each curve agrees with the others that do not contradict each other, in their order.
 
     Args:
         measurements: The points; five curves or more.
@@ -310,67 +316,72 @@ def curve_shapes(
     errors = errors or RunErrorSizes()
     if len(measurements.conditions) < FEWEST_CURVES:
         raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
-    curves, points = measurements.canonical_order()
+    curve_order, point_order = measurements.canonical_order()
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
     sample = ordered.select_curves(_sample(ordered))
     fit = _fit_without_odd_curves(sample, law, errors, box)
     fit_of_all = _next_fit(sample, _as_known(fit, errors), box, fit)
     shapes: list[CurveShape] = []
-    for rows in _parts(scaled_conditions(ordered.conditions)):
-        points_of_part = np.flatnonzero(np.isin(ordered.curve, rows))
-        measurements_of_part = ordered.select_curves(rows)
+    for curves_of_part in _parts(scaled_conditions(ordered.conditions)):
+        points_of_part = np.flatnonzero(np.isin(ordered.curve_of_point, curves_of_part))
+        measurements_of_part = ordered.select_curves(curves_of_part)
         judge = fit.judge(measurements_of_part, box)
         law_log_mu = fit.law.log_mu(
             measurements_of_part.point_conditions, measurements_of_part.slip
         )
-        all_rows = np.arange(len(rows))
-        retained = judge.settled(all_rows)
-        sizes_by_all = np.full(len(rows), np.inf)
-        if len(retained) < len(rows):
-            sizes_by_all = fit_of_all.judge(measurements_of_part, box).sizes(all_rows)
+        all_curves = np.arange(len(curves_of_part))
+        retained_curves = judge.settled(all_curves)
+        sizes_by_all = np.full(len(curves_of_part), np.inf)
+        if len(retained_curves) < len(curves_of_part):
+            sizes_by_all = fit_of_all.judge(measurements_of_part, box).sizes(all_curves)
         # where retained curves contradict each other, no majority says which of them are right
-        largest_size = REFUSED_SIZE if np.any(judge.sizes(retained)[retained] > 1) else np.inf
-        judged = zip(rows, judge.predicted(retained), sizes_by_all, strict=True)
-        for row, predicted, size_by_all in judged:
-            rows_of_points = points_of_part[predicted.points]
-            expected = law_log_mu[predicted.points] + judge.departure[predicted.points]
+        sizes_of_retained = judge.sizes(retained_curves)[retained_curves]
+        largest_size = REFUSED_SIZE if np.any(sizes_of_retained > 1) else np.inf
+        judged_curves = zip(
+            curves_of_part, judge.predicted(retained_curves), sizes_by_all, strict=True
+        )
+        for curve_index, predicted, size_by_all in judged_curves:
+            point_indices = points_of_part[predicted.point_indices]
+            expected = (
+                law_log_mu[predicted.point_indices] + judge.departure[predicted.point_indices]
+            )
             expected -= predicted.deviations()
             shapes.append(
                 _shape(
-                    int(curves[row]),
-                    points[rows_of_points],
+                    int(curve_order[curve_index]),
+                    point_order[point_indices],
                     np.exp(np.minimum(expected, _LARGEST_LOG_MU)),
                     predicted,
                     min(_FACTOR_ON_SIZE_BY_ALL * size_by_all, largest_size),
                 )
             )
-    return tuple(sorted(shapes, key=lambda shape: shape.curve))
+    return tuple(sorted(shapes, key=lambda shape: shape.curve_index))
 
 
 def _shape(
-    curve: int,
-    points: IndexArray,
-    expected: FloatArray,
+    curve_index: int,
+    point_indices: IndexArray,
+    expected_mu_of_points: FloatArray,
     predicted: PredictedCurve,
     largest_size: float,
 ) -> CurveShape:
-    """What is stated on a curve.
+    """The `CurveShape` of a curve.
 
     Args:
-        curve: Row of the curve in the measurements.
-        points: Rows of its points in the measurements, shape (points,).
-        expected: mu at its points, as the others say, shape (points,).
+        curve_index: Index of the curve in the measurements.
+        point_indices: Indices of its points in the measurements, shape (points,).
+        expected_mu_of_points: mu at its points, as the others say, shape (points,).
         predicted: The curve as the others predict it.
         largest_size: Largest size that is stated.
     """
     spreads = predicted.spreads()
-    farthest = int(first_largest(np.abs(predicted.deviations()) / spreads))
+    farthest_point = int(first_largest(np.abs(predicted.deviations()) / spreads))
     return CurveShape(
-        curve=curve,
-        point=int(points[farthest]),
-        expected_mu=float(expected[farthest]),
-        spread=float(spreads[farthest]),
+        curve_index=curve_index,
+        point_index=int(point_indices[farthest_point]),
+        expected_mu=float(expected_mu_of_points[farthest_point]),
+        spread=float(spreads[farthest_point]),
         usual_spread=float(np.median(spreads)),
         size=min(predicted.size, largest_size),
     )
@@ -380,15 +391,15 @@ def _fit_without_odd_curves(
     sample: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
 ) -> _Fit:
     """Law and sizes by the curves that do not contradict each other."""
-    retained = np.arange(len(sample.conditions))
+    retained_curves = np.arange(len(sample.conditions))
     fit = _first_fit(sample, law, errors, box)
-    agreeing = fit.judge(sample, box).most_agreeing()
+    agreeing_curves = fit.judge(sample, box).most_agreeing()
     for _ in range(_MOST_ROUNDS):
-        if np.array_equal(agreeing, retained):
+        if np.array_equal(agreeing_curves, retained_curves):
             break
-        retained = agreeing
-        fit = _next_fit(sample.select_curves(retained), errors, box, fit)
-        agreeing = fit.judge(sample, box).settled(retained)
+        retained_curves = agreeing_curves
+        fit = _next_fit(sample.select_curves(retained_curves), errors, box, fit)
+        agreeing_curves = fit.judge(sample, box).settled(retained_curves)
     return fit
 
 
@@ -408,7 +419,9 @@ def _first_fit(
     zero_sd = errors.zero.median
     fitted = quick_law(law, measurements, _LARGEST_ZERO * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
-    curves = reduced(measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box)
+    curves = reduced_curves(
+        measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
+    )
     logarithms = np.log([prior.median for prior in priors(errors, CAUTIOUS)])
     return _with_surface(curves, fitted, logarithms, box)
 
@@ -422,22 +435,22 @@ def _next_fit(
         measurements: The points of the retained curves.
         errors: Sizes of the errors of the rig, before the data.
         box: The box of the tested conditions.
-        previous: The fit before.
+        previous: The fit of the round before.
     """
     largest_zero = _LARGEST_ZERO * previous.zero_sd
     law = quick_law(previous.law.law, measurements, largest_zero, previous.law)
-    curves = reduced(measurements, law, previous.log_mu, largest_zero, box)
+    curves = reduced_curves(measurements, law, previous.log_mu, largest_zero, box)
     # a search that did not end gives sizes that are good enough: faults are far beyond the limits
     most_likely = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), previous.logarithms)
     return _with_surface(curves, law, most_likely.logarithms, box)
 
 
 def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
-    """The sizes of the errors of the rig as a fit has them, hardly free.
+    """The sizes of the errors of the rig by a fit, as priors that hardly leave them free.
 
     Args:
         fit: The fit.
-        errors: The sizes before the data, whose names are those of the result.
+        errors: The priors before the fit, whose names are those of the result.
     """
     names = [field.name for field in fields(errors)]
     sizes = np.exp(fit.logarithms[: len(names)])
@@ -465,33 +478,37 @@ def _with_surface(
 
 
 def _sample(ordered: Measurements) -> IndexArray:
-    """Rows of curves that stand for all where law and sizes are fitted.
+    """Indices of curves that stand for all where law and sizes are fitted.
 
     Half of them are far from each other. The other half are the next ones in the canonical order,
     so that repeated runs show the effects of runs.
     """
-    count = len(ordered.conditions)
-    if count <= _CURVES_OF_SAMPLE:
-        return np.arange(count)
-    chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_OF_SAMPLE // 2)
-    return np.union1d(chosen, np.minimum(chosen + 1, count - 1))
+    curve_count = len(ordered.conditions)
+    if curve_count <= _CURVES_OF_SAMPLE:
+        return np.arange(curve_count)
+    chosen_curves = spread_out(scaled_conditions(ordered.conditions), _CURVES_OF_SAMPLE // 2)
+    return np.union1d(chosen_curves, np.minimum(chosen_curves + 1, curve_count - 1))
 
 
 def _parts(conditions: FloatArray) -> list[IndexArray]:
-    """Rows of curves in parts that are dense enough: cuts halve the widest condition.
+    """Indices of the curves of each part; the curves of a part are judged together.
+
+    A part that is too large is cut in halves along its widest condition.
 
     Args:
         conditions: Scaled conditions of the curves, shape (curves, 3).
     """
-    finished: list[IndexArray] = []
+    finished_parts: list[IndexArray] = []
     open_parts = [np.arange(len(conditions))]
     while open_parts:
-        rows = open_parts.pop()
-        if len(rows) <= _LARGEST_PART:
-            finished.append(rows)
+        curve_indices = open_parts.pop()
+        if len(curve_indices) <= _LARGEST_PART:
+            finished_parts.append(curve_indices)
             continue
-        widest = int(first_largest(np.ptp(conditions[rows], axis=0)))
-        sorted_rows = rows[np.argsort(conditions[rows, widest], kind="stable")]
-        middle = len(rows) // 2
-        open_parts += [np.sort(sorted_rows[:middle]), np.sort(sorted_rows[middle:])]
-    return finished
+        widest_condition = int(first_largest(np.ptp(conditions[curve_indices], axis=0)))
+        sorted_curves = curve_indices[
+            np.argsort(conditions[curve_indices, widest_condition], kind="stable")
+        ]
+        middle = len(curve_indices) // 2
+        open_parts += [np.sort(sorted_curves[:middle]), np.sort(sorted_curves[middle:])]
+    return finished_parts

@@ -1,8 +1,9 @@
 """Changes of a rig over its runs, looked for in the effects of runs, given the conditions.
 
-The variance of an effect is free under each candidate: a change would else be taken for scatter,
-and hide itself. The score of a candidate is twice the logarithm of its likelihood ratio, less twice
-that of the number of patterns of its kind.
+A candidate is a pattern of one effect over the runs, as a step of the gain (`run_patterns`). Its
+score is twice the logarithm of its likelihood ratio, less twice the logarithm of the number of
+patterns of its kind. The variance of the effect is free under each candidate: otherwise a change
+would be taken for scatter, and would hide itself.
 
 Decides: when the runs of a campaign are not steady.
 """
@@ -16,7 +17,7 @@ import numpy as np
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effect_likelihood import (
-    EXPECTED,
+    INDEX_OF_FIT,
     EffectLikelihood,
     Information,
     effect_likelihood,
@@ -24,8 +25,8 @@ from oilfilm.surface.effect_likelihood import (
 from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.run_patterns import (
-    Columns,
-    Intervals,
+    GivenPatterns,
+    IntervalPatterns,
     Patterns,
     likeliest_group,
     ln_groups,
@@ -36,10 +37,11 @@ from oilfilm.surface.run_patterns import (
 from oilfilm.surface.surface import LARGEST_DENSE
 from oilfilm.surface.threads import with_one_blas_thread
 
+# With fewer runs no groups are searched.
 _FEWEST_RUNS_OF_GROUPS = 4
-# A smaller share of the information counts as this one.
+# A smaller share of the information is replaced by this one.
 _SMALLEST_SHARE = 1e-6
-# Groups are searched at each of so many variances, which are far from each other.
+# Number of variances, far from each other, at which groups are searched.
 _VARIANCES_OF_GROUPS = 8
 
 
@@ -48,10 +50,11 @@ class ChangeSizes:
     """One size of a change for each effect.
 
     Attributes:
-        gain: Of the traction force, in ln mu.
-        zero: Of the zero of the force, as a traction coefficient.
-        slip_scale: Of the slide-roll ratio, in ln S; a slip that is read twice as large is 0.69.
-        temperature_k: Of the temperature, in K.
+        gain: Change of the gain of the traction force, in ln mu.
+        zero: Change of the zero of the force, as a traction coefficient.
+        slip_scale: Change of the scale of the slide-roll ratio, in ln S. It is 0.69 where the slip
+            is read twice as large.
+        temperature_k: Change of the temperature, in K.
     """
 
     gain: float
@@ -59,9 +62,9 @@ class ChangeSizes:
     slip_scale: float
     temperature_k: float
 
-    def size_of(self, effect: str) -> float:
+    def size_of(self, effect_name: str) -> float:
         """The size of one of `oilfilm.surface.effects.EFFECTS`."""
-        return float(getattr(self, effect))
+        return float(getattr(self, effect_name))
 
 
 USUAL_CHANGES = ChangeSizes(gain=0.05, zero=5e-4, slip_scale=0.05, temperature_k=5.0)
@@ -74,17 +77,17 @@ class SteadinessLimits:
 
     Attributes:
         alarm: Score above which a trend, a step, a season, a block or a label is named.
-        alarm_of_groups: The same of two groups of runs that nothing tells apart but mu.
-        alarm_of_a_run: The same of a single run, which is odd by chance more easily.
-        fewest_runs: A step leaves so many runs on either side.
-        longest_block: Runs of the longest block.
-        seen_at: A change of so many standard deviations is called visible. How many of such changes
-            are named is measured by `benchmarks/steadiness.py seen`.
-        confounded: A pattern that resembles an effect of the conditions has a smaller share of the
-            information than this. Its score must be larger by the same factor.
+        alarm_of_groups: Score above which two groups of runs are named that only mu tells apart.
+        alarm_of_a_run: Score above which a single run is named; it is odd by chance more easily.
+        fewest_runs: Fewest runs on either side of a step.
+        longest_block: Number of runs of the longest block.
+        seen_at: Number of standard deviations from which on a change is called visible. How many of
+            such changes are named is measured by `benchmarks/steadiness.py seen`.
+        confounded: Share of the information below which a pattern resembles an effect of the
+            conditions. Its score must then be larger, by this share over that of the pattern.
         usual: Standard deviation of a change, before the data. Where the order of the runs is that
             of a condition, a wrong law looks like a huge change, which is unlikely.
-        largest: Sizes that no rig has, so that they are no cause.
+        largest: Largest changes that a rig can have; a larger one has another cause.
     """
 
     alarm: float = 12.0
@@ -103,10 +106,10 @@ class SteadinessLimits:
         return by_kind.get(kind, self.alarm)
 
     def factor_on_score(self, share: FloatArray) -> FloatArray:
-        """Factor on the score from which each pattern is named.
+        """Factor on the score above which each pattern is named, 1 or more.
 
         Args:
-            share: Information on each pattern, over the mean of patterns in a random order.
+            share: Information on each pattern over its mean in a random order of the runs.
         """
         return np.maximum(1.0, self.confounded / share)
 
@@ -116,18 +119,19 @@ class Change:
     """A change of the rig over its runs.
 
     Attributes:
-        effect: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
         kind: trend, step, season, block, run, label or group.
-        pattern: 1 for the runs that are suspect, else 0; of a trend from -0.5 to 0.5 over the
-            runs, of a season from -1 to 1. Shape (curves,).
+        pattern: Share of the change in each run, shape (curves,). It is 1 for suspect runs and 0
+            for the others; for a trend it goes from -0.5 to 0.5, for a season from -1 to 1.
         size: Most likely size of the change: in ln mu for the gain, in ln S for the scale of slip,
             in mu for the zero, in K for the temperature.
-        score: Twice the logarithm of the likelihood ratio, less the penalty.
+        score: Twice the logarithm of the likelihood ratio, less twice that of the number of
+            patterns of its kind.
         alarm: Score above which the change is too large to be chance or a wrong law.
         label: What the suspect runs have in common; empty if that is not known.
     """
 
-    effect: str
+    effect_name: str
     kind: str
     pattern: FloatArray
     size: float
@@ -137,21 +141,22 @@ class Change:
 
     @property
     def is_alarm(self) -> bool:
-        """Whether the change is named."""
+        """Whether the score is large enough for the change to be named."""
         return self.score > self.alarm
 
 
 @dataclass(frozen=True)
 class SmallestChanges:
-    """The smallest change of each effect that would be seen, in the units of `Change.size`.
+    """The smallest change of each effect that would be visible, in the units of `Change.size`.
 
     Where the order of the runs is that of a condition, a trend of the rig and the effect of the
     condition resemble each other, and the sizes are large.
 
     Attributes:
-        trend: Change from the first to the last run, by effect; infinite where none would be seen.
-        step: Change from some run on, wherever that is, by effect; infinite where it would not be
-            seen from each run on.
+        trend: Change from the first to the last run, by name of the effect; infinite where none
+            would be visible.
+        step: Step that would be visible at whichever run it is, by name of the effect; infinite
+            where no step would be visible at some run.
     """
 
     trend: dict[str, float]
@@ -161,103 +166,119 @@ class SmallestChanges:
 @with_one_blas_thread
 def largest_change(
     covariance: CurveCovariance,
-    order: IndexArray,
-    labels: Mapping[str, BoolArray] | None = None,
+    position_in_time: IndexArray,
+    members_by_label: Mapping[str, BoolArray] | None = None,
     limits: SteadinessLimits | None = None,
 ) -> Change | None:
     """The change that is farthest above its limit, or least below it.
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        order: Position in time of each curve, from 0, shape (curves,).
-        labels: Whether each curve has a label, by label, shape (curves,).
+        position_in_time: Position in time of each curve, from 0, shape (curves,).
+        members_by_label: Whether each curve has the label, by label, shape (curves,).
         limits: When a change is named.
 
     Returns:
-        None if each candidate has a size that no rig has.
+        None if all candidates are larger than a change of a rig can be.
     """
     limits = limits or SteadinessLimits()
-    families = (
-        *patterns_over_time(order, limits.fewest_runs, limits.longest_block),
-        patterns_of_labels(labels or {}),
+    pattern_families = (
+        *patterns_over_time(position_in_time, limits.fewest_runs, limits.longest_block),
+        patterns_of_labels(members_by_label or {}),
     )
     changes = []
-    for effect in EFFECTS:
-        likelihood = effect_likelihood(covariance, effect)
-        precision = limits.usual.size_of(effect) ** -2
-        profile = _Profile.at_variances(effect, likelihood, precision, len(order) <= LARGEST_DENSE)
-        candidates = [profile.best(patterns) for patterns in families if patterns.count]
-        changes.extend(profile.changes([*candidates, *profile.groups()], limits))
-    possible = [
-        change for change in changes if abs(change.size) <= limits.largest.size_of(change.effect)
+    for effect_name in EFFECTS:
+        likelihood = effect_likelihood(covariance, effect_name)
+        prior_precision = limits.usual.size_of(effect_name) ** -2
+        profile = _Profile.at_variances(
+            effect_name, likelihood, prior_precision, len(position_in_time) <= LARGEST_DENSE
+        )
+        candidates = [
+            profile.likeliest_candidate(patterns) for patterns in pattern_families if patterns.count
+        ]
+        changes.extend(
+            profile.likeliest_changes([*candidates, *profile.group_candidates()], limits)
+        )
+    possible_changes = [
+        change
+        for change in changes
+        if abs(change.size) <= limits.largest.size_of(change.effect_name)
     ]
-    if not possible:
+    if not possible_changes:
         return None
-    excess = [change.score - change.alarm for change in possible]
-    return _with_suspects(possible[int(first_largest(excess))], order)
+    excess = [change.score - change.alarm for change in possible_changes]
+    return _with_suspects(possible_changes[int(first_largest(excess))], position_in_time)
 
 
 @with_one_blas_thread
 def smallest_changes(
-    covariance: CurveCovariance, order: IndexArray, limits: SteadinessLimits | None = None
+    covariance: CurveCovariance,
+    position_in_time: IndexArray,
+    limits: SteadinessLimits | None = None,
 ) -> SmallestChanges:
-    """The smallest changes that would be seen: so many standard deviations as the limits say.
+    """The smallest changes that would be visible.
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        order: Position in time of each curve, from 0, shape (curves,).
-        limits: The number of standard deviations.
+        position_in_time: Position in time of each curve, from 0, shape (curves,).
+        limits: `seen_at`, the number of standard deviations of a visible change.
     """
     limits = limits or SteadinessLimits()
     # a rig that is right at its first run and drifts from there
-    drift = (order / max(len(order) - 1, 1))[:, np.newaxis]
-    trend = Columns("trend", drift, ("",))
-    steps = steps_over_time(order, limits.fewest_runs)
+    drift = (position_in_time / max(len(position_in_time) - 1, 1))[:, np.newaxis]
+    trend_pattern = GivenPatterns("trend", drift, ("",))
+    step_patterns = steps_over_time(position_in_time, limits.fewest_runs)
     trend_sizes: dict[str, float] = {}
     step_sizes: dict[str, float] = {}
-    for effect in EFFECTS:
-        likelihood = effect_likelihood(covariance, effect)
-        trend_sizes[effect] = _smallest_seen_size(effect, likelihood, trend, limits)
-        step_sizes[effect] = _smallest_seen_size(effect, likelihood, steps, limits)
+    for effect_name in EFFECTS:
+        likelihood = effect_likelihood(covariance, effect_name)
+        trend_sizes[effect_name] = _smallest_seen_size(
+            effect_name, likelihood, trend_pattern, limits
+        )
+        step_sizes[effect_name] = _smallest_seen_size(
+            effect_name, likelihood, step_patterns, limits
+        )
     return SmallestChanges(trend_sizes, step_sizes)
 
 
 @with_one_blas_thread
 def smallest_seen(
     covariance: CurveCovariance,
-    effect: str,
+    effect_name: str,
     pattern: FloatArray,
     limits: SteadinessLimits | None = None,
 ) -> float:
-    """The smallest size of a pattern over the runs that would be seen; infinite if none would.
+    """The smallest size of a pattern over the runs that would be visible; infinite if none would.
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        effect: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
         pattern: The pattern, in the order of the curves, shape (curves,).
-        limits: The number of standard deviations.
+        limits: `seen_at`, the number of standard deviations of a visible change.
     """
-    likelihood = effect_likelihood(covariance, effect)
-    patterns = Columns("trend", pattern[:, np.newaxis], ("",))
-    return _smallest_seen_size(effect, likelihood, patterns, limits or SteadinessLimits())
+    likelihood = effect_likelihood(covariance, effect_name)
+    single_pattern = GivenPatterns("trend", pattern[:, np.newaxis], ("",))
+    return _smallest_seen_size(
+        effect_name, likelihood, single_pattern, limits or SteadinessLimits()
+    )
 
 
 def _smallest_seen_size(
-    effect: str,
+    effect_name: str,
     likelihood: EffectLikelihood,
-    patterns: Columns | Intervals,
+    patterns: GivenPatterns | IntervalPatterns,
     limits: SteadinessLimits,
 ) -> float:
-    """The smallest size at which each of some patterns would be seen; infinite if one never is."""
-    information = likelihood.information(EXPECTED)
+    """The smallest size at which all patterns would be visible; infinite if one never is."""
+    information = likelihood.information(INDEX_OF_FIT)
     power = patterns.power(information)
     # the conditions may take up all of a pattern
     if not (power.size and np.all(power > 0)):
         return float("inf")
     share = _share_of_information(information, power, patterns.squares)
-    prior_precision = limits.usual.size_of(effect) ** -2
-    deviations = np.sqrt(limits.factor_on_score(share) * (power + prior_precision)) / power
-    return limits.seen_at * float(deviations.max())
+    prior_precision = limits.usual.size_of(effect_name) ** -2
+    standard_deviations = np.sqrt(limits.factor_on_score(share) * (power + prior_precision)) / power
+    return limits.seen_at * float(standard_deviations.max())
 
 
 @dataclass(frozen=True)
@@ -267,7 +288,7 @@ class _Candidate:
     Attributes:
         kind: Kind of the pattern.
         columns: The pattern, or the sine and the cosine of a season, shape (curves, 1 or 2).
-        ln_chances: Logarithm of the number of patterns that chance may choose from.
+        ln_chances: Logarithm of the number of patterns from which chance may choose.
         label: What the runs have in common; empty if that is not known.
     """
 
@@ -283,7 +304,7 @@ class _Likeliest(NamedTuple):
     Attributes:
         twice_ln_likelihood: Twice the logarithm of its likelihood, up to a constant.
         size: Most likely size of each of its columns.
-        share: Information on it, over that of patterns in a random order.
+        share: Information on it over its mean in a random order of the runs.
     """
 
     twice_ln_likelihood: float
@@ -293,74 +314,95 @@ class _Likeliest(NamedTuple):
 
 @dataclass(frozen=True)
 class _Profile:
-    """The likelihood of an effect at the variances at which patterns are compared.
+    """Searches for the likeliest changes of one effect.
 
     Attributes:
-        effect: The effect.
+        effect_name: Name of the effect.
         likelihood: Its likelihood.
-        precision: Inverse variance of the size of a change, before the data.
-        steady: Twice the logarithm of the likelihood without a change at each variance.
-        compared: What the points say at some of the variances, by the number of the variance.
+        prior_precision: Inverse variance of the size of a change, before the data.
+        steady_likelihoods: Twice the logarithm of the likelihood without a change at each variance,
+            shape (variances,).
+        information_by_variance_index: What the points say at the variances at which patterns are
+            compared, by the index of the variance.
     """
 
-    effect: str
+    effect_name: str
     likelihood: EffectLikelihood
-    precision: float
-    steady: FloatArray
-    compared: dict[int, Information]
+    prior_precision: float
+    steady_likelihoods: FloatArray
+    information_by_variance_index: dict[int, Information]
 
     @classmethod
     def at_variances(
-        cls, effect: str, likelihood: EffectLikelihood, precision: float, is_small_campaign: bool
+        cls,
+        effect_name: str,
+        likelihood: EffectLikelihood,
+        prior_precision: float,
+        is_small_campaign: bool,
     ) -> "_Profile":
-        """All variances in a small campaign, else the most likely one of steady runs."""
-        steady = likelihood.steady
-        numbers = range(len(steady)) if is_small_campaign else [int(np.argmax(steady))]
-        compared = {number: likelihood.information(number) for number in numbers}
-        return cls(effect, likelihood, precision, steady, compared)
+        """A profile that compares patterns at all variances if the campaign is small.
 
-    def best(self, patterns: Patterns) -> _Candidate:
-        """The pattern with the largest likelihood ratio."""
-        ratios = [
-            self.steady[number] + patterns.ratios(information, self.precision)
-            for number, information in self.compared.items()
+        In a large campaign it compares them at the most likely variance of steady runs only.
+        """
+        steady_likelihoods = likelihood.twice_ln_likelihood_of_steady_runs()
+        variance_indices = list(range(len(steady_likelihoods)))
+        if not is_small_campaign:
+            variance_indices = [int(np.argmax(steady_likelihoods))]
+        informations = {index: likelihood.information(index) for index in variance_indices}
+        return cls(effect_name, likelihood, prior_precision, steady_likelihoods, informations)
+
+    def likeliest_candidate(self, patterns: Patterns) -> _Candidate:
+        """The likeliest pattern of one kind."""
+        likelihoods = [
+            self.steady_likelihoods[variance_index]
+            + patterns.ratios(information, self.prior_precision)
+            for variance_index, information in self.information_by_variance_index.items()
         ]
-        number = int(first_largest(np.max(ratios, axis=0)))
-        columns, label = patterns.columns(number), patterns.label(number)
-        return _Candidate(patterns.kind, columns, float(np.log(patterns.chances)), label)
+        pattern_index = int(first_largest(np.max(likelihoods, axis=0)))
+        return _Candidate(
+            kind=patterns.kind,
+            columns=patterns.pattern_columns(pattern_index),
+            ln_chances=float(np.log(patterns.chance_count)),
+            label=patterns.label(pattern_index),
+        )
 
-    def groups(self) -> list[_Candidate]:
-        """The likeliest group of runs at some of the variances."""
-        informations = list(self.compared.values())
-        runs = len(informations[0].pull)
-        if runs < _FEWEST_RUNS_OF_GROUPS:
+    def group_candidates(self) -> list[_Candidate]:
+        """The likeliest group of runs at each of some variances."""
+        informations = list(self.information_by_variance_index.values())
+        run_count = len(informations[0].pull)
+        if run_count < _FEWEST_RUNS_OF_GROUPS:
             return []
-        groups = {}
-        for information in informations[:: max(len(informations) // _VARIANCES_OF_GROUPS, 1)]:
-            members = likeliest_group(information, self.precision)
-            groups[members.tobytes()] = members
+        members_by_bytes = {}
+        step = max(len(informations) // _VARIANCES_OF_GROUPS, 1)
+        for information in informations[::step]:
+            members = likeliest_group(information, self.prior_precision)
+            members_by_bytes[members.tobytes()] = members
         candidates = []
-        for members in groups.values():
-            ln_chances = float(ln_groups(runs)[np.count_nonzero(members)])
+        for members in members_by_bytes.values():
+            ln_chances = float(ln_groups(run_count)[np.count_nonzero(members)])
             columns = members[:, np.newaxis].astype(float)
             candidates.append(_Candidate("group", columns, ln_chances, ""))
         return candidates
 
-    def changes(self, candidates: list[_Candidate], limits: SteadinessLimits) -> list[Change]:
-        """The change by each candidate, with the variance under which it is likeliest."""
+    def likeliest_changes(
+        self, candidates: list[_Candidate], limits: SteadinessLimits
+    ) -> list[Change]:
+        """The change by each candidate, at the variance at which it is likeliest."""
         likeliest = [_Likeliest(-np.inf, np.zeros(1), 1.0)] * len(candidates)
-        for number, steady in enumerate(self.steady):
-            # the large ones are made one by one, because together they do not fit into memory
-            information = self.compared.get(number) or self.likelihood.information(number)
-            for row, candidate in enumerate(candidates):
+        for variance_index, steady_likelihood in enumerate(self.steady_likelihoods):
+            information = self.information_by_variance_index.get(variance_index)
+            if information is None:
+                # those of a large campaign are made one by one: together they need too much memory
+                information = self.likelihood.information(variance_index)
+            for candidate_index, candidate in enumerate(candidates):
                 columns = candidate.columns
-                precision_of_size = columns.T @ information.times(columns)
+                size_precision = columns.T @ information.times(columns)
                 pull = information.pull @ columns
-                precision_of_size = precision_of_size + self.precision * np.eye(len(pull))
-                size = np.asarray(np.linalg.solve(precision_of_size, pull), dtype=float)
-                twice_ln_likelihood = float(steady + pull @ size)
-                if twice_ln_likelihood > likeliest[row].twice_ln_likelihood:
-                    likeliest[row] = _Likeliest(
+                size_precision = size_precision + self.prior_precision * np.eye(len(pull))
+                size = np.asarray(np.linalg.solve(size_precision, pull), dtype=float)
+                twice_ln_likelihood = float(steady_likelihood + pull @ size)
+                if twice_ln_likelihood > likeliest[candidate_index].twice_ln_likelihood:
+                    likeliest[candidate_index] = _Likeliest(
                         twice_ln_likelihood, size, _share_of_pattern(information, columns @ size)
                     )
         changes = []
@@ -371,12 +413,22 @@ class _Profile:
             pattern = candidate.columns[:, 0]
             if len(size) > 1 and total_size > 0:
                 pattern = candidate.columns @ size / total_size
-            score = twice_ln_likelihood - float(self.steady.max()) - 2 * candidate.ln_chances
-            factor = float(limits.factor_on_score(np.array(share)))
-            alarm = limits.alarm_of(candidate.kind) * factor
+            score = (
+                twice_ln_likelihood
+                - float(self.steady_likelihoods.max())
+                - 2 * candidate.ln_chances
+            )
+            score_factor = float(limits.factor_on_score(np.array(share)))
+            alarm = limits.alarm_of(candidate.kind) * score_factor
             changes.append(
                 Change(
-                    self.effect, candidate.kind, pattern, total_size, score, alarm, candidate.label
+                    self.effect_name,
+                    candidate.kind,
+                    pattern,
+                    total_size,
+                    score,
+                    alarm,
+                    candidate.label,
                 )
             )
         return changes
@@ -385,7 +437,7 @@ class _Profile:
 def _share_of_information(
     information: Information, power: FloatArray, squares: FloatArray
 ) -> FloatArray:
-    """Information on each pattern over the mean of patterns in a random order, shape (patterns,).
+    """Information on each pattern over its mean in a random order of the runs, shape (patterns,).
 
     It is small where the pattern resembles an effect of the conditions, which the surface takes up.
 
@@ -394,35 +446,35 @@ def _share_of_information(
         power: p' W p of each pattern p, shape (patterns,).
         squares: Sum of squares of each pattern about its mean, shape (patterns,).
     """
-    runs = len(information.pull)
-    ones = np.ones(runs)
-    mean_information = ones @ information.times(ones) / runs
-    random_information = (np.sum(information.diagonal()) - mean_information) / (runs - 1)
+    run_count = len(information.pull)
+    ones = np.ones(run_count)
+    mean_information = ones @ information.times(ones) / run_count
+    random_information = (np.sum(information.diagonal()) - mean_information) / (run_count - 1)
     expected = squares * random_information
-    share = np.full(len(power), _SMALLEST_SHARE)
-    np.divide(power, expected, out=share, where=expected > 0)
-    return np.maximum(share, _SMALLEST_SHARE)
+    shares = np.full(len(power), _SMALLEST_SHARE)
+    np.divide(power, expected, out=shares, where=expected > 0)
+    return np.maximum(shares, _SMALLEST_SHARE)
 
 
 def _share_of_pattern(information: Information, pattern: FloatArray) -> float:
     """`_share_of_information` of one pattern, shape (curves,)."""
     power = pattern @ information.times(pattern)
     squares = np.sum((pattern - pattern.mean()) ** 2)
-    share = _share_of_information(information, np.array([power]), np.array([squares]))
-    return float(share[0])
+    shares = _share_of_information(information, np.array([power]), np.array([squares]))
+    return float(shares[0])
 
 
-def _with_suspects(change: Change, order: IndexArray) -> Change:
+def _with_suspects(change: Change, position_in_time: IndexArray) -> Change:
     """The change with the smaller group of runs as suspect, unless a label names the runs.
 
     Of two groups of the same size the one without the first run is suspect.
     """
     if change.kind in ("trend", "season", "label"):
         return change
-    members = change.pattern > 0.5
-    count_of_others = len(members) - np.count_nonzero(members)
-    is_tie = np.count_nonzero(members) == count_of_others
-    is_larger = np.count_nonzero(members) > count_of_others
-    if is_larger or (is_tie and members[np.argmin(order)]):
+    is_member = change.pattern > 0.5
+    other_count = len(is_member) - np.count_nonzero(is_member)
+    is_tie = np.count_nonzero(is_member) == other_count
+    is_larger = np.count_nonzero(is_member) > other_count
+    if is_larger or (is_tie and is_member[np.argmin(position_in_time)]):
         return replace(change, pattern=1 - change.pattern, size=-change.size)
     return change

@@ -22,23 +22,26 @@ from oilfilm.surface.reduction import (
     ANOTHER_RIG,
     Coordinates,
     ReducedCurves,
-    at_points,
     box_of,
+    coordinates_at_points,
     is_near_zero,
-    reduced,
+    reduced_curves,
     slopes_of_law,
 )
 from oilfilm.surface.reml import CAUTIOUS, MISFIT, CurveCovariance, Sizes, most_likely_sizes, priors
 from oilfilm.surface.support import SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
-# Above this number of curves, conditions that are far from each other stand for all.
+# Largest number of curves whose posterior is exact. In a larger campaign some conditions, far from
+# each other, stand for all.
 LARGEST_DENSE = 150
+# Number of these conditions.
 _INDUCING_CONDITIONS = 60
-# The sizes of a larger campaign come from so many curves: the search grows with their third power.
+# Number of curves from which the sizes of a larger campaign come. The time of the search grows with
+# their third power.
 _CURVES_FOR_SIZES = 90
-# Points that are predicted at once.
-_AT_ONCE = 2000
+# Number of points that are predicted at once.
+_POINTS_AT_ONCE = 2000
 # The standard errors by the model are smaller than the errors of simulated fits by this factor.
 _ERROR_INFLATION = 1.3
 _ZERO = EFFECTS.index("zero")
@@ -52,13 +55,13 @@ class Prediction:
         mu: Traction coefficient, shape (points,).
         surface_sd: Standard deviation of ln mu, shape (points,).
         next_run_sd: Standard deviation of ln mu as the next run would measure it, shape (points,).
-        support: Code of `oilfilm.surface.support.Support`, shape (points,).
+        support_codes: Code of `oilfilm.surface.support.Support`, shape (points,).
     """
 
     mu: FloatArray
     surface_sd: FloatArray
     next_run_sd: FloatArray
-    support: IndexArray
+    support_codes: IndexArray
 
     def interval(self, factor: float) -> tuple[FloatArray, FloatArray]:
         """Lower and upper limit of mu in the next run; nan where there is no support.
@@ -66,7 +69,7 @@ class Prediction:
         Args:
             factor: `point` or `curve` of `IntervalFactors`.
         """
-        log_half = np.where(self.support == 0, factor * self.next_run_sd, np.nan)
+        log_half = np.where(self.support_codes == 0, factor * self.next_run_sd, np.nan)
         return self.mu * np.exp(-log_half), self.mu * np.exp(log_half)
 
 
@@ -95,19 +98,20 @@ class Surface:
         law: The law about which the surface is fitted.
         posterior: The departure from the law, given the curves.
         covariance: Covariance of the curves.
-        slips: The tested slips.
+        slip_coverage: The tested slips, and how densely they were tested.
         measurements: The points, in canonical order.
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
-        limits: What is asked of an answer.
-        converged: Whether the sizes are most likely, those of the misfit and the cautious ones. If
-            not, intervals and the verdict rest on the last step of a search that found no maximum.
+        limits: What an answer must fulfil.
+        converged: Whether both searches for the most likely sizes found a maximum: that for the
+            verdict and the cautious one for intervals. If not, the sizes are those of the last
+            step.
     """
 
     law: FreeLaw
     posterior: Posterior
     covariance: CurveCovariance
-    slips: SlipCoverage
+    slip_coverage: SlipCoverage
     measurements: Measurements
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
@@ -137,15 +141,15 @@ class Surface:
 
     @with_one_blas_thread
     def predict(
-        self, conditions: FloatArray, slip: FloatArray, rig: int | None = None
+        self, conditions: FloatArray, slip: FloatArray, rig_number: int | None = None
     ) -> Prediction:
         """mu at some points, with its errors and its support.
 
         Args:
             conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slip: Slide-roll ratio, above 0, shape (points,).
-            rig: Number of the rig of the next run, as in the measurements, or `ANOTHER_RIG`. If it
-                is not given, the next run is on one of the rigs of the measurements.
+            rig_number: Number of the rig of the next run, as in the measurements, or `ANOTHER_RIG`.
+                If it is not given, the next run is on one of the rigs of the measurements.
 
         Raises:
             ValueError: A slip is not above 0, or no run is of this rig.
@@ -153,29 +157,31 @@ class Surface:
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
         box, sizes = self.covariance.box, self.covariance.sizes
-        rigs = self._rigs_of_next_run(rig)
-        departure, variance, bound_spreads, ranges_beyond = [], [], [], []
-        for rows in _blocks(len(slip)):
-            targets = at_points(self.law, box, conditions[rows], slip[rows])
-            mean_of_block, variance_of_block = self._on_rigs(targets, rigs)
-            departure.append(mean_of_block)
-            variance.append(variance_of_block)
+        rig_numbers = self._rigs_of_next_run(rig_number)
+        departures, variances, bound_spreads, ranges_beyond = [], [], [], []
+        for block in _blocks(len(slip)):
+            targets = coordinates_at_points(self.law, box, conditions[block], slip[block])
+            mean_of_block, variance_of_block = self._on_rigs(targets, rig_numbers)
+            departures.append(mean_of_block)
+            variances.append(variance_of_block)
             bound_spreads.append(self._spread_of_bounds(targets.law_slopes))
-            ranges_beyond.append(box.ranges_beyond(targets.conditions)[targets.row])
-        surface_variance = np.concatenate(variance)
+            ranges_beyond.append(
+                box.ranges_beyond(targets.conditions)[targets.condition_of_coordinate]
+            )
+        surface_variance = np.concatenate(variances)
         effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
         noise = sizes.noise * self.measurements.noise_ratio_at(slip)
         next_run = surface_variance + np.sum(effects**2, axis=1) + noise**2
-        if rig == ANOTHER_RIG:
+        if rig_number == ANOTHER_RIG:
             next_run += (self._rig_inflation() * sizes.rig_gain) ** 2
         spread = np.sqrt(surface_variance)
         return Prediction(
-            mu=np.exp(self.law.log_mu(conditions, slip) + np.concatenate(departure)),
+            mu=np.exp(self.law.log_mu(conditions, slip) + np.concatenate(departures)),
             surface_sd=spread,
             next_run_sd=np.sqrt(next_run),
-            support=support_codes(
+            support_codes=support_codes(
                 self.limits,
-                self.slips,
+                self.slip_coverage,
                 slip,
                 spread,
                 np.concatenate(bound_spreads),
@@ -183,41 +189,45 @@ class Surface:
             ),
         )
 
-    def _rigs_of_next_run(self, rig: int | None) -> list[int]:
+    def _rigs_of_next_run(self, rig_number: int | None) -> list[int]:
         """Numbers of the rigs on one of which the next run is; `ANOTHER_RIG` is a gain of 0.
 
         Args:
-            rig: As in `predict`.
+            rig_number: As in `predict`.
 
         Raises:
             ValueError: No run is of this rig.
         """
-        tested_rigs = (
-            [] if self.measurements.rig is None else np.unique(self.measurements.rig).tolist()
-        )
-        if rig is not None and rig != ANOTHER_RIG and rig not in tested_rigs:
-            raise ValueError(f"no run is of the rig number {rig}")
+        tested_rigs: list[int] = []
+        if self.measurements.rig_of_curve is not None:
+            tested_rigs = np.unique(self.measurements.rig_of_curve).tolist()
+        if rig_number is not None and rig_number != ANOTHER_RIG and rig_number not in tested_rigs:
+            raise ValueError(f"no run is of the rig number {rig_number}")
         if not self.covariance.sizes.rig_gain:
             # one rig, or rigs that are not named: their gain is part of the surface
             return [ANOTHER_RIG]
-        return tested_rigs if rig is None else [rig]
+        return tested_rigs if rig_number is None else [rig_number]
 
-    def _on_rigs(self, targets: Coordinates, rigs: list[int]) -> tuple[FloatArray, FloatArray]:
+    def _on_rigs(
+        self, targets: Coordinates, rig_numbers: list[int]
+    ) -> tuple[FloatArray, FloatArray]:
         """Mean and variance of the departure on one of some rigs, shape (points,) each.
 
         Args:
             targets: The points.
-            rigs: Numbers of the rigs, each of which is as likely.
+            rig_numbers: Numbers of the rigs; the next run is equally likely on each of them.
         """
         means, variances = [], []
-        for rig in rigs:
-            on_rig = replace(targets, rig=np.full(len(targets.row), rig))
+        for rig_number in rig_numbers:
+            on_rig = replace(
+                targets, rig_of_coordinate=np.full(len(targets.condition_of_coordinate), rig_number)
+            )
             means.append(self.posterior.mean(on_rig))
             variances.append(self.posterior.variance(on_rig))
         return np.mean(means, axis=0), np.mean(variances, axis=0) + np.var(means, axis=0)
 
     def _rig_inflation(self) -> float:
-        """Factor on the gain of another rig, because few rigs show its size.
+        """Factor on the standard deviation of the gain of another rig: few rigs show its size.
 
         It is the quantile of Student's t with one degree of freedom less than there are rigs, over
         that of a normal distribution.
@@ -236,29 +246,29 @@ class Surface:
         return dict(zip(EFFECTS, self.covariance.sizes.effects.tolist(), strict=True))
 
     def _spread_of_bounds(self, law_slopes: FloatArray) -> FloatArray:
-        """Standard deviation in ln mu by each constant that is at its bound.
+        """Standard deviation of ln mu by each constant that is at its bound.
 
         Args:
             law_slopes: Slopes of the law, as `slopes_of_law` has them, shape (points, slopes).
         """
-        at_bound = np.flatnonzero(self.law.at_bound())
-        _, covariance = self.posterior.freedom_of_law()
-        share_left = np.sqrt(np.diag(covariance))
-        return np.abs(law_slopes[:, at_bound]) * share_left[at_bound]
+        bound_columns = np.flatnonzero(self.law.is_at_bound())
+        _, remaining_covariance = self.posterior.freedom_of_law()
+        share_left = np.sqrt(np.diag(remaining_covariance))
+        return np.abs(law_slopes[:, bound_columns]) * share_left[bound_columns]
 
 
 @with_one_blas_thread
 def _interval_factors(surface: Surface) -> IntervalFactors:
     """See `Surface.interval_factors`."""
-    group = surface.measurements.condition_numbers()
-    if group.max() == 0:
-        # nothing is said of other conditions, so that the runs of the only one count
-        group = np.arange(len(group))
+    condition_of_curve = surface.measurements.condition_of_curve()
+    if condition_of_curve.max() == 0:
+        # With one condition nothing is known of other conditions: its runs are left out one by one.
+        condition_of_curve = np.arange(len(condition_of_curve))
     return interval_factors(
         surface.covariance,
-        surface.measurements.curve,
-        group,
-        surface.posterior.left_out(group),
+        surface.measurements.curve_of_point,
+        condition_of_curve,
+        surface.posterior.left_out(condition_of_curve),
         surface.limits.level,
     )
 
@@ -270,12 +280,13 @@ class SurfaceSizes:
     With the points and the law they give the whole surface, without a search.
 
     Attributes:
-        first: Of the first surface, which takes the points whose logarithm is safe.
-        misfit: With an open mind on the misfit of the law.
-        interval: With the caution that intervals need. Only here rigs are told apart, where the
-            runs are of several ones: a change from rig to rig is one that `misfit` must show.
-        converged: Whether `misfit` and `interval` are most likely. If not, they are the last step
-            of a search that found no maximum.
+        first: Sizes of the first surface, which takes the points clear of zero traction.
+        misfit: Most likely sizes with a wide prior of the misfit of the law.
+        interval: Most likely sizes with the cautious prior that intervals need. Rigs are told apart
+            only here, where the runs are of several rigs: a change from rig to rig is a change
+            that `misfit` must show.
+        converged: Whether both searches found a maximum. If not, the sizes are those of the last
+            step.
     """
 
     first: FloatArray
@@ -296,7 +307,7 @@ def fit_surface(
         measurements: The points, in any order.
         law: The best fitted law.
         errors: Sizes of the errors of the rig, before the data.
-        limits: What is asked of an answer.
+        limits: What an answer must fulfil.
 
     Raises:
         ValueError: No point is clear of zero traction.
@@ -312,8 +323,8 @@ def most_likely_surface(
 ) -> SurfaceSizes:
     """The most likely sizes of a surface.
 
-    The first pass takes the points whose logarithm is safe and the slopes of the law. The second
-    pass takes all points, and the slopes of the first surface.
+    The first surface takes the points clear of zero traction, and the slopes of the law. The second
+    one takes all points, and the slopes of the first.
 
     Args:
         measurements: The points, in any order.
@@ -329,7 +340,7 @@ def most_likely_surface(
     first_curves = _clear_curves(sample, law, errors, box)
     first = most_likely_sizes(first_curves, box, priors(errors, CAUTIOUS))
     log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
-    curves = reduced(sample, law, log_mu, zero_sd, box)
+    curves = reduced_curves(sample, law, log_mu, zero_sd, box)
     misfit_sizes = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
     tells_rigs_apart = sample.rig_count > 1
     cautious_priors = priors(errors, CAUTIOUS, tells_rigs_apart=tells_rigs_apart)
@@ -360,14 +371,14 @@ def surface_of_sizes(
         law: The law of the search.
         errors: Sizes of the errors of the rig, as in the search.
         sizes: The sizes.
-        limits: What is asked of an answer.
+        limits: What an answer must fulfil.
     """
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
     first_curves = _clear_curves(_sample(ordered), law, errors, box)
     first_sizes = Sizes.from_logarithms(sizes.first)
     log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first_sizes)
-    curves = reduced(ordered, law, log_mu, zero_sd, box)
+    curves = reduced_curves(ordered, law, log_mu, zero_sd, box)
     posterior, covariance = _posterior(curves, box, Sizes.from_logarithms(sizes.interval))
     misfit_posterior, misfit_covariance = _posterior(
         curves, box, Sizes.from_logarithms(sizes.misfit)
@@ -376,7 +387,7 @@ def surface_of_sizes(
         law=law,
         posterior=posterior,
         covariance=covariance,
-        slips=SlipCoverage.from_measurements(ordered),
+        slip_coverage=SlipCoverage.from_measurements(ordered),
         measurements=ordered,
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
@@ -388,7 +399,7 @@ def surface_of_sizes(
 def _clear_curves(
     sample: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
 ) -> ReducedCurves:
-    """The curves of the points whose logarithm is safe.
+    """The curves of the points that are clear of zero traction, where ln mu is safe.
 
     Raises:
         ValueError: No point is clear of zero traction.
@@ -400,13 +411,13 @@ def _clear_curves(
             f"no mu is above ten times the error of the zero, {zero_sd:g}; check the unit of mu "
             "and the zero of the rig"
         )
-    return reduced(sample.select_points(is_clear), law, law.log_mu, zero_sd, box)
+    return reduced_curves(sample.select_points(is_clear), law, law.log_mu, zero_sd, box)
 
 
 def _first_surface(
     curves: ReducedCurves, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox, sizes: Sizes
 ) -> tuple[LogMu, float]:
-    """ln mu of the first surface, and the error of the zero."""
+    """ln mu of the first surface, and the standard deviation of the zero."""
     covariance = CurveCovariance(curves, box, sizes)
     posterior = DensePosterior(covariance)
 
@@ -422,11 +433,13 @@ def log_mu_of(
     law: FreeLaw, posterior: Posterior, box: ConditionBox, conditions: FloatArray, slip: FloatArray
 ) -> FloatArray:
     """ln mu of the law and its departure, shape (points,)."""
-    blocks = [np.empty(0)]
-    for rows in _blocks(len(slip)):
-        targets = at_points(law, box, conditions[rows], slip[rows])
-        blocks.append(law.log_mu(conditions[rows], slip[rows]) + posterior.mean(targets))
-    return np.concatenate(blocks)
+    log_mu_of_blocks = [np.empty(0)]
+    for block in _blocks(len(slip)):
+        targets = coordinates_at_points(law, box, conditions[block], slip[block])
+        log_mu_of_blocks.append(
+            law.log_mu(conditions[block], slip[block]) + posterior.mean(targets)
+        )
+    return np.concatenate(log_mu_of_blocks)
 
 
 def _posterior(
@@ -438,14 +451,14 @@ def _posterior(
         return DensePosterior(covariance), covariance
     chosen_for_conditions = spread_out(curves.conditions, _INDUCING_CONDITIONS)
     # a rig without such a curve would share nothing among its runs
-    _, chosen_for_rigs = np.unique(curves.rig, return_index=True)
-    chosen = (
+    _, chosen_for_rigs = np.unique(curves.rig_of_curve, return_index=True)
+    chosen_curves = (
         np.union1d(chosen_for_conditions, chosen_for_rigs)
         if covariance.sizes.rig_gain
         else chosen_for_conditions
     )
-    inducing = np.flatnonzero(np.isin(curves.curve, chosen))
-    return NystromPosterior(covariance, inducing), covariance
+    inducing_indices = np.flatnonzero(np.isin(curves.curve_of_coordinate, chosen_curves))
+    return NystromPosterior(covariance, inducing_indices), covariance
 
 
 def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) -> LawVerdict:
@@ -456,11 +469,13 @@ def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) ->
         posterior: The departure from the law, without the caution of intervals.
         covariance: Covariance of the curves.
     """
-    change, spread = posterior.freedom_of_law()
-    count = np.count_nonzero(law.free)
-    constants = law.constants[law.free] + CONSTANT_SD * change[:count]
-    standard_errors = _ERROR_INFLATION * CONSTANT_SD * np.sqrt(np.diag(spread)[:count])
-    return LawVerdict(float(covariance.sizes.departure.kappa), constants, standard_errors)
+    change_of_law, remaining_covariance = posterior.freedom_of_law()
+    free_count = np.count_nonzero(law.is_free)
+    constants = law.constants[law.is_free] + CONSTANT_SD * change_of_law[:free_count]
+    standard_errors = (
+        _ERROR_INFLATION * CONSTANT_SD * np.sqrt(np.diag(remaining_covariance)[:free_count])
+    )
+    return LawVerdict(float(covariance.sizes.departure_sizes.kappa), constants, standard_errors)
 
 
 def _sample(ordered: Measurements) -> Measurements:
@@ -469,20 +484,20 @@ def _sample(ordered: Measurements) -> Measurements:
     Half of them are far from each other. The other half are the curves nearest to these in the
     canonical order, so that repeated runs show the effects of runs.
     """
-    curves = len(ordered.conditions)
-    if curves <= _CURVES_FOR_SIZES:
+    curve_count = len(ordered.conditions)
+    if curve_count <= _CURVES_FOR_SIZES:
         return ordered
-    chosen = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
-    next_rows = np.minimum(chosen + 1, curves - 1)
-    rows = np.union1d(chosen, next_rows)
-    if ordered.rig is not None:
+    chosen_curves = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
+    next_curves = np.minimum(chosen_curves + 1, curve_count - 1)
+    curve_indices = np.union1d(chosen_curves, next_curves)
+    if ordered.rig_of_curve is not None:
         # a rig of few runs shows what rigs differ by as well
-        _, first_rows_of_rigs = np.unique(ordered.rig, return_index=True)
-        rows = np.union1d(rows, first_rows_of_rigs)
-    return ordered.select_curves(rows)
+        _, first_curves_of_rigs = np.unique(ordered.rig_of_curve, return_index=True)
+        curve_indices = np.union1d(curve_indices, first_curves_of_rigs)
+    return ordered.select_curves(curve_indices)
 
 
-def _blocks(points: int) -> Iterator[slice]:
-    """Slices of rows that are predicted at once."""
-    for start in range(0, points, _AT_ONCE):
-        yield slice(start, start + _AT_ONCE)
+def _blocks(point_count: int) -> Iterator[slice]:
+    """Slices of the points that are predicted at once."""
+    for first_point in range(0, point_count, _POINTS_AT_ONCE):
+        yield slice(first_point, first_point + _POINTS_AT_ONCE)

@@ -416,7 +416,7 @@ def _laws_in_bearing(
     law_by_variable = {}
     for load_variable, law_name in law_name_by_variable.items():
         coefficients = fitted_by_law_name[law_name].coefficients
-        if coefficients.followed.all() and not np.isnan(coefficients.constants).any():
+        if coefficients.is_followed_group.all() and not np.isnan(coefficients.constants).any():
             law_by_variable[load_variable] = LawInBearing.from_fit(
                 fitted_by_law_name[law_name],
                 load_variable,

@@ -87,7 +87,7 @@ class LawInBearing:
         conditions_of_law = np.stack(limited_levels, axis=-1)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
         conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
-        design = law.design(conditions_table, self.fitted.coefficients.followed)
+        design = law.design(conditions_table, self.fitted.coefficients.is_followed_group)
         design = design.reshape(*conditions_of_law.shape[:-1], -1)
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
         constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)

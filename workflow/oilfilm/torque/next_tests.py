@@ -87,7 +87,7 @@ def feasible_candidates(
     Raises:
         OilfilmError: No test is left.
     """
-    slip = information.slip
+    slip = information.longest_curve_slips
     tests = _all_tests(levels)
     load_n = rig.contact.load_n(tests["max_hertz_pressure_gpa"].to_numpy())
     mu = _expected_mu(information, tests, load_n)
@@ -109,10 +109,10 @@ def feasible_candidates(
     curves = Curves(
         conditions=feasible_tests[list(information.law.conditions)].to_numpy(dtype=float),
         load_n=feasible_tests["load_n"].to_numpy(),
-        curve=np.repeat(np.arange(len(feasible_tests)), is_reached.sum(axis=1)),
+        curve_of_point=np.repeat(np.arange(len(feasible_tests)), is_reached.sum(axis=1)),
         slip=all_slips[is_reached],
     )
-    form_error = information.form_error(curves.conditions[curves.curve], curves.slip)
+    form_error = information.form_error_at(curves.conditions[curves.curve_of_point], curves.slip)
     return Candidates(feasible_tests, curves, form_error, judged.left_out_count_by_limit)
 
 
@@ -130,15 +130,15 @@ def _all_tests(levels: PlanLevels) -> pd.DataFrame:
 def _expected_mu(information: Information, tests: pd.DataFrame, load_n: FloatArray) -> FloatArray:
     """mu of the fitted law at each test and measured slip, shape (tests, slips)."""
     law = information.law
-    slip = information.slip
+    slip = information.longest_curve_slips
     with_load = tests.assign(load_n=load_n)
     curves = Curves(
         conditions=with_load[list(law.conditions)].to_numpy(dtype=float),
         load_n=load_n,
-        curve=np.repeat(np.arange(len(tests)), len(slip)),
+        curve_of_point=np.repeat(np.arange(len(tests)), len(slip)),
         slip=np.tile(slip, len(tests)),
     )
-    mu = law.traction(information.internal, curves.observations(law))
+    mu = law.traction(information.internal_constants, curves.observations(law))
     return mu.reshape(len(tests), len(slip))
 
 
@@ -178,17 +178,19 @@ class NextTests:
         design = self.design
         tests = self.candidates.tests
         test_order = np.zeros(len(tests), dtype=np.int64)
-        test_order[design.chosen] = np.arange(1, len(design.chosen) + 1)
+        test_order[design.chosen_indices] = np.arange(1, len(design.chosen_indices) + 1)
         uncertainty_with_plan = np.full(len(tests), np.nan)
-        uncertainty_with_plan[design.chosen] = self.with_irreducible(design.after)
+        uncertainty_with_plan[design.chosen_indices] = self.with_irreducible(
+            design.uncertainty_after
+        )
         return tests.assign(
             oil=self.oil_name,
             bearing=self.bearing_name,
             target=self.wanted.target,
             test_order=test_order,
             uncertainty_without_law=self.irreducible_uncertainty,
-            uncertainty_now=float(self.with_irreducible(design.before)),
-            uncertainty_with_test=self.with_irreducible(design.with_one_candidate),
+            uncertainty_now=float(self.with_irreducible(design.uncertainty_before)),
+            uncertainty_with_test=self.with_irreducible(design.uncertainty_with_one),
             uncertainty_with_plan=uncertainty_with_plan,
         )
 

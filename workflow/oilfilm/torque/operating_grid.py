@@ -76,7 +76,7 @@ def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
     conditions = np.stack(condition_mesh, axis=-1).reshape(-1, len(condition_mesh))
     observations = Observations(
         design=fitted.law.design(conditions),
-        curve=np.repeat(np.arange(len(conditions)), len(slip)),
+        curve_of_point=np.repeat(np.arange(len(conditions)), len(slip)),
         slip=np.tile(slip, len(conditions)),
     )
     internal = to_internal(fitted.law, fitted.coefficients.constants)
@@ -140,7 +140,7 @@ def reason_without_value(fitted: FittedLaw) -> str:
         return "nothing could be fitted"
     symbols_not_followed = [
         QUANTITIES[name].symbol
-        for name, is_followed in zip(CONDITIONS, fitted.coefficients.followed, strict=True)
+        for name, is_followed in zip(CONDITIONS, fitted.coefficients.is_followed_group, strict=True)
         if not is_followed
     ]
     if symbols_not_followed:

@@ -99,7 +99,7 @@ def random_factor(settings: BearingSettings, term: str, normal_numbers: FloatArr
 def has_draws(fitted: FittedLaw) -> bool:
     """Whether a law has the refits that its draws are made of."""
     coefficients = fitted.coefficients
-    return len(coefficients.spread) >= 2 and not np.isnan(coefficients.constants).any()
+    return len(coefficients.refits) >= 2 and not np.isnan(coefficients.constants).any()
 
 
 def law_error(
@@ -444,9 +444,9 @@ class RandomDraws:
 def _drawn_constants(fitted: FittedLaw, numbers: NormalNumbers) -> FloatArray:
     """Constants of the draws: refits, moved by the errors of sensors, shape (draws, constants)."""
     law, coefficients = fitted.law, fitted.coefficients
-    refits = coefficients.spread
+    refits = coefficients.refits
     refit_index = (scipy.special.ndtr(numbers["refit"]) * len(refits)).astype(np.intp)
-    shift_of_sensor = to_internal(law, coefficients.shifted) - to_internal(
+    shift_of_sensor = to_internal(law, coefficients.shifted_refits) - to_internal(
         law, coefficients.constants
     )
     sensor_numbers = np.column_stack([numbers[name] for name in _SENSORS])

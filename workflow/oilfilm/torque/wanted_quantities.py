@@ -171,8 +171,8 @@ def _moves_of_constants(information: Information) -> FloatArray:
         Rows of shape (constants + 1,). The first row moves nothing. Then each row moves one free
         constant, or the traction, forward. The same rows follow with backward moves.
     """
-    constant_count = len(information.internal)
-    moved_columns = np.append(np.flatnonzero(information.free), constant_count)
+    constant_count = len(information.internal_constants)
+    moved_columns = np.append(np.flatnonzero(information.is_free), constant_count)
     forward = _INTERNAL_STEP * np.eye(constant_count + 1)[moved_columns]
     return np.concatenate([np.zeros((1, constant_count + 1)), forward, -forward])
 
@@ -193,7 +193,7 @@ def _run_with_moves(
         information: Information of the measured curves: the law and its constants.
         moves: As `_moves_of_constants` returns them.
     """
-    constants = to_constants(information.law, information.internal + moves[:, :-1])
+    constants = to_constants(information.law, information.internal_constants + moves[:, :-1])
     load_n, speed_rpm, temperature_c = np.tile(duty.T, len(moves))
     moved_oil = oil.with_constants(np.repeat(constants, len(duty), axis=0))
     traction_factor = np.exp(np.repeat(moves[:, -1], len(duty)))
@@ -274,8 +274,8 @@ def wanted_traction(
     # the law takes no load here, so that any load will do
     curves = Curves(conditions, np.ones(len(slip)), np.arange(len(slip)), slip)
     observations = curves.observations(law)
-    mu = law.traction(information.internal, observations)
-    mu_slopes = law.jacobian(information.internal, observations)[:, information.free]
+    mu = law.traction(information.internal_constants, observations)
+    mu_slopes = law.jacobian(information.internal_constants, observations)[:, information.is_free]
     labels = [
         f"{point.max_hertz_pressure_gpa:g} GPa, {point.entrainment_speed_m_s:g} m/s, "
         f"{point.inlet_temperature_c:g} degC, S {point.slide_roll_ratio:g}"
@@ -289,7 +289,7 @@ def wanted_traction(
         point_index=np.arange(len(mu)),
         gradients=mu_slopes / mu[:, np.newaxis],
         traction_gradient=np.ones(len(mu)),
-        form_error=information.form_error(conditions, slip),
+        form_error=information.form_error_at(conditions, slip),
         coordinates=coordinates[:, np.newaxis],
         left_out_reasons=[],
     )

@@ -11,14 +11,14 @@ from oilfilm.traction.law import Law
 
 def _files_of_laws() -> dict[str, Path]:
     """The file of each law, by the law's name."""
-    files = {}
+    file_of_law = {}
     for module in vars(laws).values():
         if not isinstance(module, ModuleType):
             continue
-        for value in vars(module).values():
-            if isinstance(value, Law):
-                files[value.name] = Path(str(module.__file__))
-    return files
+        for member in vars(module).values():
+            if isinstance(member, Law):
+                file_of_law[member.name] = Path(str(module.__file__))
+    return file_of_law
 
 
 # Laws that need properties of the oil or the contact have the equation only, before `laws_for`.
@@ -35,16 +35,16 @@ PAPER_LAW = laws.DENG2026
 BEARING_LAW_NAMES = tuple(law.name for law in ALL_LAWS if law.in_bearings)
 
 
-def why_compared_only(name: str) -> str:
+def why_compared_only(law_name: str) -> str:
     """Why a law of `compare.laws` cannot be the configured law of fits; empty where it can.
 
     Args:
-        name: Name of a law.
+        law_name: Name of a law.
     """
-    if name in LAWS or name not in LAW_NAMES:
+    if law_name in LAWS or law_name not in LAW_NAMES:
         return ""
     return (
-        f"the law {name!r} needs properties of the oil or the contact, which saved fits and "
+        f"the law {law_name!r} needs properties of the oil or the contact, which saved fits and "
         "exports do not carry: it is compared only. Name it in compare.laws"
     )
 

@@ -40,14 +40,14 @@ def _node(operation: str, *operands: Node) -> Node:
 
 
 @cache
-def name_node(text: str) -> Node:
-    """A coefficient, the slip, or the result of a step."""
-    return Node("name", leaf=text)
+def name_node(name: str) -> Node:
+    """The leaf of a name: of a coefficient, the slip, or the result of a step."""
+    return Node("name", leaf=name)
 
 
 @cache
 def number_node(value: float) -> Node:
-    """A number of the equation."""
+    """The leaf of a number."""
     return Node("number", leaf=value)
 
 
@@ -65,62 +65,62 @@ def _negative(node: Node) -> Node:
     return _node("negative", node)
 
 
-def _add(first: Node, second: Node) -> Node:
+def _add(x: Node, y: Node) -> Node:
     """x + y, with a negative term written as a difference."""
-    if first is _ZERO:
-        return second
-    if second is _ZERO:
-        return first
-    if "negative" in (first.operation, second.operation):
-        if first.operation != "negative":
-            return _node("-", first, second.operands[0])
-        positive = first.operands[0]
-        if second.operation != "negative":
-            return _node("-", second, positive)
-        return _negative(_add(positive, second.operands[0]))
-    return _node("+", first, second)
+    if x is _ZERO:
+        return y
+    if y is _ZERO:
+        return x
+    if "negative" in (x.operation, y.operation):
+        if x.operation != "negative":
+            return _node("-", x, y.operands[0])
+        minus_x = x.operands[0]
+        if y.operation != "negative":
+            return _node("-", y, minus_x)
+        return _negative(_add(minus_x, y.operands[0]))
+    return _node("+", x, y)
 
 
-def _subtract(first: Node, second: Node) -> Node:
+def _subtract(x: Node, y: Node) -> Node:
     """x - y."""
-    return _add(first, _negative(second))
+    return _add(x, _negative(y))
 
 
-def _multiply(first: Node, second: Node) -> Node:
+def _multiply(x: Node, y: Node) -> Node:
     """x y, where 0 y is 0 and 1 y is y."""
-    if _ZERO in (first, second):
+    if _ZERO in (x, y):
         return _ZERO
-    if first is _ONE:
-        return second
-    if second is _ONE:
-        return first
-    if second.operation == "*":
+    if x is _ONE:
+        return y
+    if y is _ONE:
+        return x
+    if y.operation == "*":
         # x (y (z/x)), which occurs in derivatives of x f(z/x), is y z
-        quotient = second.operands[1]
-        if quotient.operation == "/" and quotient.operands[1] is first:
-            return _multiply(second.operands[0], quotient.operands[0])
-    return _with_sign("*", first, second)
+        quotient = y.operands[1]
+        if quotient.operation == "/" and quotient.operands[1] is x:
+            return _multiply(y.operands[0], quotient.operands[0])
+    return _with_sign("*", x, y)
 
 
-def _divide(first: Node, second: Node) -> Node:
+def _divide(x: Node, y: Node) -> Node:
     """x/y, where 0/y is 0 and x/1 is x."""
-    if first is _ZERO or second is _ONE:
-        return first
-    return _with_sign("/", first, second)
+    if x is _ZERO or y is _ONE:
+        return x
+    return _with_sign("/", x, y)
 
 
-def _with_sign(operation: str, first: Node, second: Node) -> Node:
+def _with_sign(operation: str, x: Node, y: Node) -> Node:
     """A product or quotient with its sign in front."""
-    if first.operation == "negative":
-        return _negative(_BUILD[operation](first.operands[0], second))
-    if second.operation == "negative":
-        return _negative(_BUILD[operation](first, second.operands[0]))
-    return _node(operation, first, second)
+    if x.operation == "negative":
+        return _negative(_BUILD[operation](x.operands[0], y))
+    if y.operation == "negative":
+        return _negative(_BUILD[operation](x, y.operands[0]))
+    return _node(operation, x, y)
 
 
-def _power(base: Node, exponent: Node) -> Node:
+def _power(x: Node, y: Node) -> Node:
     """x**y, where x**1 is x."""
-    return base if exponent is _ONE else _node("**", base, exponent)
+    return x if y is _ONE else _node("**", x, y)
 
 
 _BUILD: dict[str, Callable[..., Node]] = {
@@ -147,21 +147,24 @@ _FUNCTIONS: dict[str, tuple[Any, Callable[[Node, Node, Node], Node]]] = {
 }
 
 
-def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]] = ()) -> Node:
+def parse(
+    text: str, node_of_name: Mapping[str, Node], named_parts: Sequence[tuple[str, str]] = ()
+) -> Node:
     """The graph of an equation.
 
     Args:
-        text: Arithmetic: + - * / **, numbers, the names of `values` and the functions exp, expm1,
-            log, log1p, sqrt, tanh, asinh, abs and sign.
-        values: Node of each name.
-        parts: Name and text of parts of the equation. A text may use `values` and earlier parts.
+        text: Arithmetic: + - * / **, numbers, the names of `node_of_name` and the functions exp,
+            expm1, log, log1p, sqrt, tanh, asinh, abs and sign.
+        node_of_name: Node of each name.
+        named_parts: Name and text of parts of the equation. A text may use the names of
+            `node_of_name` and of earlier parts.
 
     Raises:
         ValueError: The text has anything else.
     """
-    nodes = dict(values)
-    for part, definition in parts:
-        nodes[part] = parse(definition, nodes)
+    nodes = dict(node_of_name)
+    for part_name, part_text in named_parts:
+        nodes[part_name] = parse(part_text, nodes)
 
     def build(tree: ast.expr) -> Node:
         """The graph of a part of the text, from Python's syntax tree of it."""
@@ -184,24 +187,26 @@ def parse(text: str, values: Mapping[str, Node], parts: Sequence[tuple[str, str]
     return build(ast.parse(text, mode="eval").body)
 
 
-def parse_steps(steps: Iterable[tuple[str, str]], names: Iterable[str]) -> list[tuple[str, Node]]:
+def parse_steps(
+    steps: Iterable[tuple[str, str]], variable_names: Iterable[str]
+) -> list[tuple[str, Node]]:
     """The graphs of named equations.
 
     Args:
-        steps: Name and text of each equation. A text may use `names` and earlier steps.
-        names: Names of coefficients and slip.
+        steps: Name and text of each equation. A text may use `variable_names` and earlier steps.
+        variable_names: Names of coefficients and slip.
     """
-    node_of_name = {variable: name_node(variable) for variable in names}
+    node_of_name = {variable_name: name_node(variable_name) for variable_name in variable_names}
     parsed = []
-    for step, text in steps:
-        parsed.append((step, parse(text, node_of_name)))
-        node_of_name[step] = name_node(step)
+    for step_name, text in steps:
+        parsed.append((step_name, parse(text, node_of_name)))
+        node_of_name[step_name] = name_node(step_name)
     return parsed
 
 
-def _all_nodes(nodes: Iterable[Node]) -> Iterator[Node]:
+def _all_nodes(roots: Iterable[Node]) -> Iterator[Node]:
     """Nodes with all their operands, each node before its operands."""
-    for node in nodes:
+    for node in roots:
         yield node
         yield from _all_nodes(node.operands)
 
@@ -212,7 +217,7 @@ def functions_of(nodes: Iterable[Node]) -> set[str]:
     return _FUNCTIONS.keys() & operations
 
 
-def logarithmic_derivative(node: Node, variable: str) -> Node:
+def logarithmic_derivative(node: Node, variable_name: str) -> Node:
     """x df/dx of a node f, with the variable x: the change of f per relative change of x."""
     derivatives: dict[Node, Node] = {}
 
@@ -220,23 +225,23 @@ def logarithmic_derivative(node: Node, variable: str) -> Node:
         """x df/dx of a part of the graph, computed once."""
         if f not in derivatives:
             changes = [derive(operand) for operand in f.operands]
-            derivatives[f] = _derivative(f, changes, variable)
+            derivatives[f] = _derivative(f, changes, variable_name)
         return derivatives[f]
 
     return derive(node)
 
 
-def _derivative(f: Node, changes: Sequence[Node], variable: str) -> Node:
-    """Derivative of one operation from the derivatives of its operands (`changes`)."""
+def _derivative(f: Node, operand_derivatives: Sequence[Node], variable_name: str) -> Node:
+    """Derivative of one operation, from the derivatives of its operands."""
     if not f.operands:
-        return f if f.leaf == variable else _ZERO
+        return f if f.leaf == variable_name else _ZERO
     if f.operation in ("+", "-", "negative"):
-        return _BUILD[f.operation](*changes)
+        return _BUILD[f.operation](*operand_derivatives)
     if f.operation in _FUNCTIONS:
         _, derivative = _FUNCTIONS[f.operation]
-        return derivative(f.operands[0], f, changes[0])
+        return derivative(f.operands[0], f, operand_derivatives[0])
     u, v = f.operands
-    du, dv = changes
+    du, dv = operand_derivatives
     if f.operation == "*":
         by_first = _proportional_change(f, u, du) or _multiply(du, v)
         by_second = _proportional_change(f, v, dv) or _multiply(u, dv)
@@ -259,16 +264,16 @@ def _derivative_of_power(f: Node, u: Node, v: Node, du: Node, dv: Node) -> Node:
     return _add(_multiply(v, by_base), by_exponent)
 
 
-def _proportional_change(f: Node, operand: Node, change: Node) -> Node | None:
+def _proportional_change(f: Node, operand: Node, operand_derivative: Node) -> Node | None:
     """Change of f by an operand that is constant, or proportional to x or 1/x; else None.
 
     The change of f is then 0, f or -f, for an f that is proportional to the operand.
     """
-    if change is operand:
+    if operand_derivative is operand:
         return f
-    if change is _ZERO:
+    if operand_derivative is _ZERO:
         return _ZERO
-    if change is _negative(operand):
+    if operand_derivative is _negative(operand):
         return _negative(f)
     return None
 
@@ -299,9 +304,9 @@ def straight_line_form(results: Sequence[Node]) -> tuple[list[tuple[str, Node]],
             # made without `_BUILD`, so that the order of operations does not change
             written_node = _node(node.operation, *operands)
             if use_counts[node] > 1:
-                step = f"x{len(steps)}"
-                steps.append((step, written_node))
-                written_node = name_node(step)
+                step_name = f"x{len(steps)}"
+                steps.append((step_name, written_node))
+                written_node = name_node(step_name)
             written_nodes[node] = written_node
         return written_nodes[node]
 
@@ -377,19 +382,19 @@ class Language:
 NUMPY = Language({})
 
 
-def compiled(parameters: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
+def compiled(argument_names: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
     """A function of arrays that returns the tuple of results.
 
     Args:
-        parameters: Names of the arguments.
+        argument_names: Names of the arguments.
         results: The results, with the arguments as names.
     """
     steps, step_results = straight_line_form(results)
-    lines = [f"{step} = {NUMPY.write(node)}" for step, node in steps]
-    values = ", ".join(NUMPY.write(result) for result in step_results)
-    lines.append(f"return ({values},)")
+    lines = [f"{step_name} = {NUMPY.write(node)}" for step_name, node in steps]
+    result_texts = ", ".join(NUMPY.write(result) for result in step_results)
+    lines.append(f"return ({result_texts},)")
     body = "\n    ".join(lines)
-    source = f"def function({', '.join(parameters)}):\n    {body}\n"
+    source = f"def function({', '.join(argument_names)}):\n    {body}\n"
     namespace: dict[str, Any] = {name: function for name, (function, _) in _FUNCTIONS.items()}
     # the source is made from a parsed equation, which has arithmetic only
     exec(compile(source, "<equation>", "exec"), namespace)  # noqa: S102

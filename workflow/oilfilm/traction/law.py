@@ -116,12 +116,12 @@ class Observations:
 
     Attributes:
         design: Rows of `Law.design`, one row per curve.
-        curve: Row of `design` for each point, shape (points,).
+        curve_of_point: Row of `design` for each point, shape (points,).
         slip: Slide-roll ratio of each point, 0 or more, shape (points,).
     """
 
     design: FloatArray
-    curve: IndexArray
+    curve_of_point: IndexArray
     slip: FloatArray
 
 
@@ -259,7 +259,7 @@ class Law:
         return _graphs(self.equation, self.parts, signs)
 
     @cached_property
-    def linear_in(self) -> BoolArray:
+    def is_linear_x0(self) -> BoolArray:
         """For each constant, whether it is the X0 of a coefficient in which mu is linear."""
         is_linear_coefficient = []
         for name, slope in zip(self.coefficient_names, self.graphs[1:], strict=True):
@@ -271,7 +271,7 @@ class Law:
         return is_linear_constant
 
     @cached_property
-    def slip_scale(self) -> FloatArray:
+    def slip_direction(self) -> FloatArray:
         """Direction of the internal constants in which mu changes by S dmu/dS: (constants,)."""
         direction = np.zeros((len(self.coefficients), 1 + len(self.groups)))
         direction[:, 0] = [coefficient.per_slip for coefficient in self.coefficients]
@@ -351,11 +351,11 @@ class Law:
         Raises:
             NoValueError: A group is not above zero, so that its power has no value.
         """
-        rows = np.atleast_2d(conditions)
-        terms = self.terms(self.group_values(rows))
+        condition_rows = np.atleast_2d(conditions)
+        terms = self.terms(self.group_values(condition_rows))
         if is_followed is not None:
             terms = np.where(is_followed, terms, 0.0)
-        rows_without_value = rows[np.isnan(terms).any(axis=1)]
+        rows_without_value = condition_rows[np.isnan(terms).any(axis=1)]
         if len(rows_without_value):
             values = ", ".join(f"{value:g}" for value in rows_without_value[0])
             needed = ", ".join(self.conditions)
@@ -378,16 +378,16 @@ class Law:
 
     def traction(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """mu at each point, shape (points,) or (points, population)."""
-        sizes = self.sizes(internal, observations.design)[:, observations.curve]
+        sizes = self.sizes(internal, observations.design)[:, observations.curve_of_point]
         slip = observations.slip
         return self.mu_of_sizes(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
 
     def jacobian(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant, shape (points, constants)."""
-        sizes = self.sizes(internal, observations.design)[:, observations.curve]
+        sizes = self.sizes(internal, observations.design)[:, observations.curve_of_point]
         _, slopes = self.mu_and_slopes(sizes, observations.slip)
-        rows = observations.design[observations.curve]
-        return np.hstack([slope[:, np.newaxis] * rows for slope in slopes])
+        design_rows = observations.design[observations.curve_of_point]
+        return np.hstack([slope[:, np.newaxis] * design_rows for slope in slopes])
 
     @cached_property
     def _is_exponential(self) -> BoolArray:
@@ -402,7 +402,7 @@ class Law:
 
 @cache
 def _graphs(
-    equation: str, parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
+    equation: str, named_parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
 ) -> tuple[Node, ...]:
     """Graphs of mu and of its derivatives by each ln|X|, with the sizes |X| and S as names."""
     node_of_name = {"S": expression.name_node("S")}
@@ -410,44 +410,44 @@ def _graphs(
         node_of_name[name] = expression.parse(
             "X" if sign > 0 else "-X", {"X": expression.name_node(name)}
         )
-    mu = expression.parse(equation, node_of_name, parts)
+    mu = expression.parse(equation, node_of_name, named_parts)
     derivatives = [expression.logarithmic_derivative(mu, name) for name, _ in signs]
     return (mu, *derivatives)
 
 
 @cache
-def _compiled(graphs: tuple[Node, ...], names: tuple[str, ...]) -> Callable[..., Any]:
+def _compiled(graphs: tuple[Node, ...], argument_names: tuple[str, ...]) -> Callable[..., Any]:
     """The compiled function of these graphs, made once."""
-    return expression.compiled(names, graphs)
+    return expression.compiled(argument_names, graphs)
 
 
 @cache
 def _to_second_order(
-    graphs: tuple[Node, ...], names: tuple[str, ...], coefficient_indices: tuple[int, ...]
+    graphs: tuple[Node, ...], argument_names: tuple[str, ...], coefficient_indices: tuple[int, ...]
 ) -> Callable[..., Any]:
     """Compiled function of mu, its slopes by some coefficients, and their second derivatives.
 
     Args:
         graphs: Graphs of mu and of its slopes by all coefficients.
-        names: Arguments of the function.
+        argument_names: Arguments of the function.
         coefficient_indices: Indices of the coefficients.
     """
     slopes = [graphs[1 + index] for index in coefficient_indices]
     curvatures = []
-    for row, slope in enumerate(slopes):
-        for index in coefficient_indices[: row + 1]:
-            curvatures.append(expression.logarithmic_derivative(slope, names[index]))
-    return _compiled((graphs[0], *slopes, *curvatures), names)
+    for slope_index, slope in enumerate(slopes):
+        for index in coefficient_indices[: slope_index + 1]:
+            curvatures.append(expression.logarithmic_derivative(slope, argument_names[index]))
+    return _compiled((graphs[0], *slopes, *curvatures), argument_names)
 
 
-def to_constants(law: "Law | IndexArray", internal: FloatArray) -> FloatArray:
+def to_constants(law_or_signs: "Law | IndexArray", internal: FloatArray) -> FloatArray:
     """Constants of a law's equation from internal constants, shape (..., constants).
 
     Args:
-        law: The law, or the signs of some of its constants.
+        law_or_signs: The law, or the signs of some of its constants.
         internal: Internal constants, shape (..., constants).
     """
-    signs = law.signs if isinstance(law, Law) else law
+    signs = law_or_signs.signs if isinstance(law_or_signs, Law) else law_or_signs
     logarithms = np.where(signs == 0, 0.0, internal)
     return np.where(signs == 0, internal, signs * np.exp(logarithms))
 

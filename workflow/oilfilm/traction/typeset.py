@@ -77,18 +77,22 @@ def mathml(law: Law) -> str:
     formulas.append(_power_law(law, "X", fitted_exponents))
     for coefficient in law.coefficients:
         if coefficient.exponents is not None:
-            exponents = [
+            exponent_texts = [
                 f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in coefficient.exponents
             ]
-            formulas.append(_power_law(law, coefficient.name, exponents))
+            formulas.append(_power_law(law, coefficient.name, exponent_texts))
     return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)
 
 
-def _power_law(law: Law, coefficient: str, exponents: list[str]) -> str:
+def _power_law(law: Law, coefficient_name: str, exponent_texts: list[str]) -> str:
     """The power law of a coefficient in MathML, without groups whose exponent is empty."""
-    factors = [f"<mi>{coefficient}</mi><mo>=</mo><msub><mi>{coefficient}</mi><mn>0</mn></msub>"]
-    for group, reference, exponent in zip(law.groups, law.reference, exponents, strict=True):
-        if not exponent:
+    factors = [
+        f"<mi>{coefficient_name}</mi><mo>=</mo><msub><mi>{coefficient_name}</mi><mn>0</mn></msub>"
+    ]
+    for group, reference, exponent_text in zip(
+        law.groups, law.reference, exponent_texts, strict=True
+    ):
+        if not exponent_text:
             continue
         quantity = QUANTITIES[group]
         reference_text = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace(
@@ -98,7 +102,7 @@ def _power_law(law: Law, coefficient: str, exponents: list[str]) -> str:
             f"<mfrac>{MATHML.identifier(quantity.symbol)}<mtext>{reference_text}</mtext></mfrac>"
         )
         if group in law.exponential:
-            factors.append(_EXPONENTIAL.format(exponent, relative_group))
+            factors.append(_EXPONENTIAL.format(exponent_text, relative_group))
         else:
-            factors.append(_POWER.format(relative_group, exponent))
+            factors.append(_POWER.format(relative_group, exponent_text))
     return "".join(factors)

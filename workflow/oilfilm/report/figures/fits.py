@@ -251,9 +251,9 @@ def mu_at_zero_slip(
     law = laws_of(oil, settings)[law_name]
     data = curve_data(results.table("points", CURVE_POINTS, oil=oil), law.conditions)
     fitted = FittedLaw.from_tables(coefficients, oil, law=law)
-    mu = fitted.predict(data.conditions, np.zeros(len(data.runs))).traction_coefficient
+    mu = fitted.predict(data.conditions, np.zeros(len(data.run_ids))).traction_coefficient
     order = np.argsort(data.conditions[:, -1], kind="stable")
-    return pd.DataFrame({"run_id": data.runs, "y": mu}).iloc[order]
+    return pd.DataFrame({"run_id": data.run_ids, "y": mu}).iloc[order]
 
 
 def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
