@@ -12,7 +12,7 @@ from oilfilm import tables
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.torque_control import torque_control
+from oilfilm.torque.torque_control import torque_control_table
 from reports import rows
 
 
@@ -39,7 +39,7 @@ def results(misfit: float = 0.0, law: str = "deng2026", **changed: Any) -> Campa
 
 
 def judged(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
-    control = torque_control(results, settings)
+    control = torque_control_table(results, settings)
     evidence = evidence_of(printed(), settings, torque=results.torque, torque_control=control)
     return audit(claims_of("torque-stress", "torque-load"), [evidence])
 
@@ -57,7 +57,7 @@ def judged(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFram
 def test_one_law_is_a_positive_control(
     campaign: str, law: str, misfit: float, verdict: str
 ) -> None:
-    control = torque_control(results(misfit, law), settings_of(campaign))
+    control = torque_control_table(results(misfit, law), settings_of(campaign))
     assert list(control["verdict"]) == [verdict]
 
 
@@ -77,7 +77,7 @@ def test_claims_on_torque_are_judged_where_nothing_but_the_law_is_compared(
     campaign_results = results(misfit or 0.0)
     if misfit is None:
         campaign_results = campaign_results.replace(torque_truth=tables.empty("torque_truth"))
-        assert torque_control(campaign_results, settings).empty
+        assert torque_control_table(campaign_results, settings).empty
     claims = judged(campaign_results, settings)["claims"]
     assert set(claims["reason_code"]) == {reason}
     unchecked = ["cannot be checked"] * 2

@@ -264,7 +264,7 @@ EXTENSIONS = {
         ),
         before(
             f"{_LIBRARY}/fits/soundness.py",
-            '        "relative_rms": quality["relative_rms"],',
+            '        "relative_rms": quality_row["relative_rms"],',
             '        "n_judged": len(residual),\n',
         ),
         before(

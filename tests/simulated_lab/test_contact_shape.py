@@ -46,8 +46,8 @@ def in_contact(
         reduced_modulus_pa=modulus_pa,
     )
     law = film.local_law(RULE, np.asarray(radii_m[1]))
-    slip_of_node = slips[:, np.newaxis, np.newaxis] * np.ones(len(RULE.share))
-    return (law(conditions, slip_of_node) @ RULE.share)[:, 0]
+    slip_of_node = slips[:, np.newaxis, np.newaxis] * np.ones(len(RULE.load_share))
+    return (law(conditions, slip_of_node) @ RULE.load_share)[:, 0]
 
 
 # docs/physics.md, Ellipse and circle: change of mu in percent at S 0.003, 0.015, 0.05, 0.15
@@ -82,7 +82,7 @@ def with_spin(
     """mu that a rig measures whose disc spins, by quadrature over the circle."""
     along, across = slip - edge * RULE.across, edge * RULE.along
     size = np.hypot(along, across)
-    return float(np.sum(film(*condition, size) * along / size * RULE.share))
+    return float(np.sum(film(*condition, size) * along / size * RULE.load_share))
 
 
 # docs/physics.md, Spin of the rig: mu with spin over mu without at S 0.001, 0.003, 0.01, 0.03

@@ -65,7 +65,7 @@ def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: 
     load, speed, temperature = (
         true[name].to_numpy() for name in ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
     )
-    calculated = oil.run(config.tested_bearing(), load, speed, temperature)["torque_n_m"]
+    calculated = oil.calculate(config.tested_bearing(), load, speed, temperature)["torque_n_m"]
     error = np.abs(calculated.to_numpy() / true["torque_n_m"].to_numpy() - 1)
     assert np.median(error) < 4e-4
     assert error.max() < 0.012

@@ -26,7 +26,7 @@ def by_law(changed: float = 1.0) -> pd.DataFrame:
     points = POINTS.assign(traction_factor=changed)
     calculated = Cases(
         settings.tested_bearing(), [CaseGroup(oil, "stress", points) for oil in oils]
-    ).run()
+    ).calculate()
     for name in ("cage_slip", "torque_n_m"):
         calculated[f"{name}_lower"] = 0.9 * calculated[name]
         calculated[f"{name}_upper"] = 1.1 * calculated[name]

@@ -35,6 +35,9 @@ def test_widest_gap_is_that_of_a_curve():
     [
         ((0.01, 0.03, 0.09, 0.27), 0.16, Support.SUPPORTED),
         # more than a factor of 1.8 from both: a maximum of mu may be there
+        ((0.005, 0.012, 0.06, 0.26), 0.13, Support.FAR_FROM_TESTED_SLIPS),
+        # a factor of 2.2 from both, but small
+        ((0.01, 0.05, 0.1, 0.15, 0.2, 0.25, 0.3), 0.022, Support.SUPPORTED),
         ((0.01, 0.05, 0.25), 0.12, Support.FAR_FROM_TESTED_SLIPS),
         ((0.012, 0.06, 0.26), 0.13, Support.FAR_FROM_TESTED_SLIPS),
         ((0.1, 0.15, 0.2, 0.3), 0.01, Support.FAR_FROM_TESTED_SLIPS),

@@ -80,8 +80,8 @@ def oil(
         )
         coefficients = replace(
             law.fitted.coefficients,
-            spread=refitted_constants,
-            shifted=shifted_constants,
+            refits=refitted_constants,
+            shifted_refits=shifted_constants,
             run_sd=run_sd,
         )
         return replace(law, fitted=replace(law.fitted, coefficients=coefficients))

@@ -172,8 +172,8 @@ def _basis_of_ratio(pair: OilPair) -> str:
     """What a ratio stands on, and what is not in its interval, in sentences."""
     if isinstance(pair.ratio_or_obstacle, Obstacle):
         return (
-            f"{_OBSTACLE_IN_WORDS[pair.ratio_or_obstacle]}. This is the ratio of the two laws. Its interval "
-            "takes both as independent and their forms as true, so nothing is certain."
+            f"{_OBSTACLE_IN_WORDS[pair.ratio_or_obstacle]}. This is the ratio of the two laws. "
+            "Its interval takes both as independent and their forms as true, so nothing is certain."
         )
     level = pair.ratio_or_obstacle.interval_factors.level
     sentences = [

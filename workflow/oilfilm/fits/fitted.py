@@ -746,12 +746,14 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
     (surface_row,) = surface_rows
     fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[surface_row["law"]])
     sizes = results.surface_sizes
-    return surface_from_tables(
+    surface = surface_from_tables(
         surface_row,
         sizes[sizes["oil"] == oil],
         results.table("points", CURVE_POINTS, oil=oil),
         LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.is_followed_group),
     )
+    tables.release_memory()
+    return surface
 
 
 def _error_of_next_run(surfaces: pd.DataFrame, oil: str) -> float:

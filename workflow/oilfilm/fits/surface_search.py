@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_surface import (
@@ -24,7 +24,7 @@ from oilfilm.fits.measured_surface import (
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.settings.config import ConfigKeys, SurfaceSettings
 from oilfilm.settings.rig import Rig
-from oilfilm.surface.effects import EFFECTS, effect_design
+from oilfilm.surface.effects import EFFECTS
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -60,6 +60,7 @@ def surface_of_oil(
     if basis is None:
         return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
     law_name, law, measurements, assumptions = basis
+    tables.release_memory()
     return searched_surface(oil, law_name, law, measurements, settings.surface, assumptions)
 
 
@@ -164,13 +165,17 @@ def searched_surface(
     sizes = most_likely_surface(measurements, surface_law, errors)
     surface = surface_of_sizes(measurements, surface_law, errors, sizes, limits)
     factors = surface.interval_factors
-    prediction = surface.predict(measurements.point_conditions, measurements.slip)
-    mu_of_law = np.exp(surface_law.log_mu(measurements.point_conditions, measurements.slip))
+    tested = surface.measurements
+    prediction = surface.predict(tested.point_conditions, tested.slip)
+    mu_of_law = np.exp(surface_law.log_mu(tested.point_conditions, tested.slip))
     misfit = float(np.linalg.norm(mu_of_law - prediction.mu) / np.linalg.norm(prediction.mu))
-    effect_sizes = dict(zip(EFFECTS, np.exp(sizes.misfit)[: len(EFFECTS)].tolist(), strict=True))
-    effect_slopes = effect_design(surface.log_mu, measurements.point_conditions, measurements.slip)
-    log_scatter = np.linalg.norm(effect_slopes * list(effect_sizes.values()), axis=1)
-    run_scatter = float(np.linalg.norm(prediction.mu * log_scatter) / np.linalg.norm(prediction.mu))
+    effect_columns = [COLUMN_OF_EFFECT[effect] for effect in EFFECTS]
+    effect_sizes = np.exp(sizes.misfit)[: len(EFFECTS)]
+    mu_errors_by_runs = prediction.mu * surface.sd_by_runs(effect_sizes)
+    run_scatter = float(np.linalg.norm(mu_errors_by_runs) / np.linalg.norm(prediction.mu))
+    next_run_sd = prediction.next_run_sd
+    if tested.rig_of_curve is not None:
+        next_run_sd = _sd_on_own_rigs(surface, tested.rig_of_curve)
     row = {
         "oil": oil,
         "law": law_name,
@@ -182,10 +187,10 @@ def searched_surface(
         "run_scatter": run_scatter,
         # a law that misses less than runs differ cannot be told from one that fits
         "no_law_fits": misfit > max(run_scatter, settings.largest_misfit),
-        "next_run_sd": float(np.median(_sd_on_own_rigs(surface))),
+        "next_run_sd": float(np.median(next_run_sd)),
         "rig_gain_sd": surface.covariance.sizes.rig_gain or np.nan,
         "search_converged": sizes.converged,
-        **{COLUMN_OF_EFFECT[effect]: size for effect, size in effect_sizes.items()},
+        **dict(zip(effect_columns, effect_sizes.tolist(), strict=True)),
         **{limit: getattr(limits, limit) for limit in LIMITS},
         **assumptions.columns(),
     }
@@ -203,15 +208,18 @@ def searched_surface(
     )
 
 
-def _sd_on_own_rigs(surface: Surface) -> FloatArray:
-    """Standard deviation of ln mu in the next run at the measured points, on the rig of each."""
+def _sd_on_own_rigs(surface: Surface, rig_of_curve: IndexArray) -> FloatArray:
+    """Standard deviation of ln mu in the next run at the measured points, on the rig of each.
+
+    Args:
+        surface: The surface.
+        rig_of_curve: Number of the rig of each curve of its measurements.
+    """
     measurements = surface.measurements
-    if measurements.rig_of_curve is None:
-        return surface.predict(measurements.point_conditions, measurements.slip).next_run_sd
     standard_deviations = []
-    for rig_number in np.unique(measurements.rig_of_curve).tolist():
+    for rig_number in np.unique(rig_of_curve).tolist():
         points_of_rig = measurements.select_points(
-            measurements.rig_of_curve[measurements.curve_of_point] == rig_number
+            rig_of_curve[measurements.curve_of_point] == rig_number
         )
         on_rig = surface.predict(points_of_rig.point_conditions, points_of_rig.slip, rig_number)
         standard_deviations.append(on_rig.next_run_sd)

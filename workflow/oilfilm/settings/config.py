@@ -275,7 +275,9 @@ class SurfaceSettings(Group):
         "No support farther from a tested slip than this share of the widest gap of a curve."
     )
     reach_in_slip: float = key(
-        "No support farther from a tested slip than this factor.", gt=1, le=1000
+        "No support farther from a tested slip than this factor (far above a slip of 0.02).",
+        gt=1,
+        le=1000,
     )
     reach_in_ranges: q.Factor = key(
         "No support farther beyond the tested conditions than this share of a tested range."

@@ -17,8 +17,8 @@ class SurfaceLimits:
         fewest_slips: Fewest slips of a curve that show its shape between them.
         reach_in_gaps: Largest distance from a tested slip where there is support, over the widest
             gap between tested slips.
-        reach_in_slip: Largest factor between a slip and a tested one where there is support. A
-            curve may rise, turn and fall in a wider gap, whatever the law says there.
+        reach_in_slip: Largest factor between a slip and a tested one where there is support, for
+            slips far above 0.02. A curve may turn and fall in a wider gap, whatever the law says.
         reach_in_ranges: Largest distance from the tested conditions where there is support, over
             the tested range of a condition.
         largest_spread_of_bound: Largest standard deviation of ln mu by a constant at its bound

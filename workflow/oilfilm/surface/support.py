@@ -7,10 +7,13 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.measurements import Measurements, scaled_slip
+from oilfilm.surface.measurements import SLIP_SCALE, Measurements, scaled_slip
 
 # Scaled slips within this distance are the same slip: 0.02 is 2 % of a slip far above 0.003.
 SAME_SLIP = 0.02
+# Above this slip a distance counts by its factor, below by its difference: between small slips mu
+# rises steadily, and the interval widens by itself. `benchmarks/surface.py gaps` measures both.
+_SMALL_SLIP = 0.02
 
 
 class Support(IntEnum):
@@ -67,19 +70,23 @@ class SlipCoverage:
         new_slips = scaled_slip(slip)
         is_beyond = (new_slips < self.scaled_slips[0]) | (new_slips > self.scaled_slips[-1])
         share_of_gap = limits.reach_in_gaps * np.where(is_beyond, 0.5, 1.0)
-        # scaled slips are logarithms, but for the lowest ones
-        largest_distance = np.minimum(share_of_gap * self.widest_gap, np.log(limits.reach_in_slip))
-        return self.distance(slip) > largest_distance + SAME_SLIP
+        is_far_in_gaps = self.distance(slip) > share_of_gap * self.widest_gap + SAME_SLIP
+        tested_slips = SLIP_SCALE * np.sinh(self.scaled_slips)
+        distance = _distance_to_nearest(
+            np.arcsinh(tested_slips / _SMALL_SLIP), np.arcsinh(slip / _SMALL_SLIP)
+        )
+        return is_far_in_gaps | (distance > np.log(limits.reach_in_slip))
 
     def distance(self, slip: FloatArray) -> FloatArray:
         """Distance of each slip from the nearest tested one, in scaled slip, shape (points,)."""
-        new_slips = scaled_slip(slip)
-        slip_above = np.searchsorted(self.scaled_slips, new_slips).clip(
-            0, len(self.scaled_slips) - 1
-        )
-        slip_below = (slip_above - 1).clip(0)
-        to_above = np.abs(self.scaled_slips[slip_above] - new_slips)
-        return np.minimum(to_above, np.abs(self.scaled_slips[slip_below] - new_slips))
+        return _distance_to_nearest(self.scaled_slips, scaled_slip(slip))
+
+
+def _distance_to_nearest(sorted_values: FloatArray, values: FloatArray) -> FloatArray:
+    """Distance of each value from the nearest one of some sorted values, shape (values,)."""
+    above = np.searchsorted(sorted_values, values).clip(0, len(sorted_values) - 1)
+    below = (above - 1).clip(0)
+    return np.minimum(np.abs(sorted_values[above] - values), np.abs(sorted_values[below] - values))
 
 
 def support_codes(

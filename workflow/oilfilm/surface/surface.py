@@ -156,38 +156,66 @@ class Surface:
         """
         if not np.all(slip > 0):
             raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
-        box, sizes = self.covariance.box, self.covariance.sizes
         rig_numbers = self._rigs_of_next_run(rig_number)
-        departures, variances, bound_spreads, ranges_beyond = [], [], [], []
-        for block in _blocks(len(slip)):
-            targets = coordinates_at_points(self.law, box, conditions[block], slip[block])
-            mean_of_block, variance_of_block = self._on_rigs(targets, rig_numbers)
-            departures.append(mean_of_block)
-            variances.append(variance_of_block)
-            bound_spreads.append(self._spread_of_bounds(targets.law_slopes))
-            ranges_beyond.append(
-                box.ranges_beyond(targets.conditions)[targets.condition_of_coordinate]
-            )
-        surface_variance = np.concatenate(variances)
-        effects = effect_design(self.log_mu, conditions, slip) * sizes.effects
-        noise = sizes.noise * self.measurements.noise_ratio_at(slip)
-        next_run = surface_variance + np.sum(effects**2, axis=1) + noise**2
+        another_rig_sd = 0.0
         if rig_number == ANOTHER_RIG:
-            next_run += (self._rig_inflation() * sizes.rig_gain) ** 2
-        spread = np.sqrt(surface_variance)
+            another_rig_sd = self._rig_inflation() * self.covariance.sizes.rig_gain
+        noise_sd = self.covariance.sizes.noise * self.measurements.noise_ratio_at(slip)
+        other_sd = np.hypot(noise_sd, another_rig_sd)
+        blocks = [
+            self._predict_block(conditions[block], slip[block], other_sd[block], rig_numbers)
+            for block in _blocks(len(slip))
+        ]
         return Prediction(
-            mu=np.exp(self.law.log_mu(conditions, slip) + np.concatenate(departures)),
-            surface_sd=spread,
-            next_run_sd=np.sqrt(next_run),
+            mu=np.concatenate([block.mu for block in blocks]),
+            surface_sd=np.concatenate([block.surface_sd for block in blocks]),
+            next_run_sd=np.concatenate([block.next_run_sd for block in blocks]),
+            support_codes=np.concatenate([block.support_codes for block in blocks]),
+        )
+
+    def _predict_block(
+        self, conditions: FloatArray, slip: FloatArray, other_sd: FloatArray, rig_numbers: list[int]
+    ) -> Prediction:
+        """mu at as many points as are predicted at once.
+
+        Args:
+            conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
+            slip: Slide-roll ratio, above 0, shape (points,).
+            other_sd: Standard deviation of ln mu by noise and by another rig, shape (points,).
+            rig_numbers: Numbers of the rigs on one of which the next run is.
+        """
+        box = self.covariance.box
+        targets = coordinates_at_points(self.law, box, conditions, slip)
+        departure, surface_variance = self._on_rigs(targets, rig_numbers)
+        effects = effect_design(self.log_mu, conditions, slip) * self.covariance.sizes.effects
+        surface_sd = np.sqrt(surface_variance)
+        ranges_beyond = box.ranges_beyond(targets.conditions)[targets.condition_of_coordinate]
+        return Prediction(
+            mu=np.exp(self.law.log_mu(conditions, slip) + departure),
+            surface_sd=surface_sd,
+            next_run_sd=np.sqrt(surface_variance + np.sum(effects**2, axis=1) + other_sd**2),
             support_codes=support_codes(
                 self.limits,
                 self.slip_coverage,
                 slip,
-                spread,
-                np.concatenate(bound_spreads),
-                np.concatenate(ranges_beyond),
+                surface_sd,
+                self._spread_of_bounds(targets.law_slopes),
+                ranges_beyond,
             ),
         )
+
+    def sd_by_runs(self, effect_sizes: FloatArray) -> FloatArray:
+        """Standard deviation of ln mu by the errors of runs at `measurements`, shape (points,).
+
+        Args:
+            effect_sizes: Sizes of the effects of runs, in the order of `EFFECTS`.
+        """
+        conditions, slip = self.measurements.point_conditions, self.measurements.slip
+        sd_of_blocks = []
+        for block in _blocks(len(slip)):
+            slopes = effect_design(self.log_mu, conditions[block], slip[block])
+            sd_of_blocks.append(np.linalg.norm(slopes * effect_sizes, axis=1))
+        return np.concatenate(sd_of_blocks)
 
     def _rigs_of_next_run(self, rig_number: int | None) -> list[int]:
         """Numbers of the rigs on one of which the next run is; `ANOTHER_RIG` is a gain of 0.

@@ -108,6 +108,14 @@ def _is_list_of_texts(kind: arrow.DataType) -> bool:
     return arrow.types.is_list(kind) and arrow.types.is_string(kind.value_type)
 
 
+def release_memory() -> None:
+    """Give the memory of tables that are no longer used back to the system.
+
+    Arrow keeps it for its next table. A computation with NumPy cannot use it.
+    """
+    arrow.default_memory_pool().release_unused()
+
+
 def columns(table_name: str) -> list[str]:
     """Names of a table's columns, in order."""
     return TABLES[table_name].names
