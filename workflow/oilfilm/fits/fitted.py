@@ -286,7 +286,8 @@ class FittedLaw:
             self.surface.surface.log_mu(measurements.point_conditions, measurements.slip)
         )
         conditions = self.surface.contact.law_conditions(self.law, measurements.point_conditions)
-        law_mu = self.without_interval().predict(conditions, measurements.slip).traction_coefficient
+        predictions = self.without_interval().predictions(conditions, measurements.slip)
+        law_mu = np.concatenate([prediction.traction_coefficient for prediction in predictions])
         return float(np.linalg.norm(law_mu - surface_mu) / np.linalg.norm(surface_mu))
 
     def interval_level(self, level: float = CONFIDENCE) -> float:

@@ -5,7 +5,7 @@ called.
 """
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -147,21 +147,18 @@ def _in_logarithms(sizes: ChangeSizeSettings) -> ChangeSizes:
 
 def change_columns(
     campaign: MeasuredCampaign,
-    run_ids_by_label: Mapping[str, set[str]],
+    members_by_label: Mapping[str, BoolArray],
     settings: SteadinessSettings,
 ) -> dict[str, Any]:
     """The columns of the table `soundness` that tell whether the campaign is steady.
 
     Args:
         campaign: The surface and its runs.
-        run_ids_by_label: Names of the runs that have something in common, by what it is.
+        members_by_label: As `runs_in_common` gives them.
         settings: When a change is named.
     """
     limits = limits_of(settings)
     covariance, position_in_time = campaign.surface.misfit_covariance, campaign.position_in_time
-    members_by_label = {
-        name: np.isin(campaign.run_ids, list(runs)) for name, runs in run_ids_by_label.items()
-    }
     change = largest_change(covariance, position_in_time, members_by_label, limits)
     swap = swapped_temperatures(campaign.surface, campaign.errors, limits)
     misreading = misread_runs(campaign.surface, members_by_label, campaign.errors, limits)
@@ -288,32 +285,40 @@ def _names_in_time(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[s
     )
 
 
-def runs_in_common(runs: pd.DataFrame, points: pd.DataFrame) -> dict[str, set[str]]:
-    """Names of the runs that have something in common, by what it is.
+def runs_in_common(
+    run_ids: Sequence[str], runs: pd.DataFrame, points: pd.DataFrame
+) -> dict[str, BoolArray]:
+    """Which runs have something in common, shape (runs,) each, by what it is.
 
     Runs may share the rig, the kind and format of the log, a column, an entry of the header or of
     the run sheet, a stated set point, or the sign of the slip.
 
     Args:
+        run_ids: The runs of the result.
         runs: Table of runs.
         points: Accepted points of an oil.
     """
-    run_ids_by_label: dict[str, set[str]] = {}
+    names = pd.Index(run_ids)
+    labelled_runs = _labelled_runs(runs[runs["run_id"].isin(names)], points)
+    return {label: names.isin(ids) for label, ids in labelled_runs}
+
+
+def _labelled_runs(
+    runs: pd.DataFrame, points: pd.DataFrame
+) -> Iterator[tuple[str, "pd.Series[str] | pd.Index[str]"]]:
+    """What some runs have in common, and their names; see `runs_in_common`."""
     for column in _GROUP_COLUMNS:
         for value, runs_with_value in runs.groupby(column):
-            run_ids_by_label[f"{column} {value}"] = set(runs_with_value["run_id"])
+            yield f"{column} {value}", runs_with_value["run_id"]
     for column, label in (("columns", "the column "), ("stated", "")):
         entries = runs.set_index("run_id")[column].explode().dropna()
         for entry, runs_with_entry in entries.groupby(entries):
             if entry and len(runs_with_entry) < len(runs):
-                run_ids_by_label[f"{label}{entry}"] = set(runs_with_entry.index)
+                yield f"{label}{entry}", runs_with_entry.index
     for name, set_points in runs.items():
         match = _NOMINAL.match(str(name))
         if match is not None:
             quantity = match[1].replace("_", " ")
-            run_ids_by_label[f"set point of {quantity} stated"] = set(
-                runs.loc[set_points.notna(), "run_id"]
-            )
+            yield f"set point of {quantity} stated", runs.loc[set_points.notna(), "run_id"]
     largest_slip = points.groupby("run_id")["slide_roll_ratio"].max()
-    run_ids_by_label["slip below zero"] = set(largest_slip.index[largest_slip <= 0])
-    return run_ids_by_label
+    yield "slip below zero", largest_slip.index[largest_slip <= 0]

@@ -247,7 +247,10 @@ class _LowRank:
         )
         growth = 1 + variance_change * self.design_squares
         features = self.design_features / growth[:, np.newaxis]
-        root = scipy.linalg.solve_triangular(factor, features.T, lower=True).T
+        # in place: in large campaigns the features are the largest array
+        root = scipy.linalg.solve_triangular(
+            factor, features.T, lower=True, overwrite_b=True, check_finite=False
+        ).T
         solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
         return Information(
             pull=self.design_pull / growth - root @ solved,
