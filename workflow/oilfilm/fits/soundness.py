@@ -365,10 +365,15 @@ def judged_fits(
             fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
             fitted = replace(fit, read_surface=partial(read_surface, results, oil))
         points = results.table("points", ["run_id", "accepted", "slide_roll_ratio"], oil=oil)
+        accepted_points = points[points["accepted"]]
+        largest_slips = accepted_points.groupby("run_id", as_index=False)["slide_roll_ratio"].max()
+        # the points of a large campaign take more memory than its runs
+        del points, accepted_points
+        tables.release_memory()
         verdict = verdict_of_fit(
             quality_row,
             fitted,
-            points[points["accepted"]],
+            largest_slips,
             settings,
             runs=results.runs,
             lack_shown=lack_verdict_by_oil.get(oil) == "shown",
@@ -390,7 +395,7 @@ def verdict_of_fit(
     Args:
         quality_row: The fit's row of `fit_quality`.
         fitted: The fit; None where there is none.
-        points: Its accepted points.
+        points: Its accepted points, or of each run that with the largest slip.
         settings: `fit`, `surface` and `steadiness`.
         runs: Table of runs; without it no groups of runs are known.
         lack_shown: Whether repeated runs show a lack of fit.

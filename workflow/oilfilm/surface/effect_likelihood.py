@@ -37,6 +37,8 @@ _VARIANCE_RATIOS = np.geomspace(1e-3, 1e3, 31)
 INDEX_OF_FIT = 15
 # Standard deviation of the logarithm of the standard deviation of an effect, before the data.
 _LN_SD = 0.6
+# Curves whose features are weighted at once.
+_CURVES_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
@@ -74,7 +76,8 @@ class Information:
 
     def diagonal(self) -> FloatArray:
         """Diagonal of W, shape (curves,)."""
-        return self.unshared + self.sign * np.sum(self.root**2, axis=1)
+        # without an array of squares: in large campaigns the root is the largest array
+        return self.unshared + self.sign * np.einsum("ij,ij->i", self.root, self.root)
 
 
 class EffectLikelihood(Protocol):
@@ -247,7 +250,7 @@ class _LowRank:
         )
         growth = 1 + variance_change * self.design_squares
         features = self.design_features / growth[:, np.newaxis]
-        # in place: in large campaigns the features are the largest array
+        # in place, as in `diagonal`
         root = scipy.linalg.solve_triangular(
             factor, features.T, lower=True, overwrite_b=True, check_finite=False
         ).T
@@ -262,10 +265,13 @@ class _LowRank:
     def _features_at(self, variance: float) -> "_FeaturesAtVariance":
         """The features with another variance of the effect."""
         variance_change = variance - self.expected_variance
-        growth = 1 + variance_change * self.design_squares
-        weighted = self.design_features * (variance_change / growth)[:, np.newaxis]
-        precision = self.precision - self.design_features.T @ weighted
-        pull = self.feature_pull - weighted.T @ self.design_pull
+        weight = variance_change / (1 + variance_change * self.design_squares)
+        precision, pull = self.precision.copy(), self.feature_pull.copy()
+        for first in range(0, len(weight), _CURVES_AT_ONCE):
+            block = slice(first, first + _CURVES_AT_ONCE)
+            weighted = self.design_features[block] * weight[block, np.newaxis]
+            precision -= self.design_features[block].T @ weighted
+            pull -= weighted.T @ self.design_pull[block]
         factor = scipy.linalg.cholesky(precision, lower=True)
         return _FeaturesAtVariance(variance_change, factor, pull)
 
