@@ -366,7 +366,7 @@ def judged_fits(
             fitted = replace(fit, read_surface=partial(read_surface, results, oil))
         points = results.table("points", ["run_id", "accepted", "slide_roll_ratio"], oil=oil)
         accepted_points = points[points["accepted"]]
-        largest_slips = accepted_points.groupby("run_id", as_index=False)["slide_roll_ratio"].max()
+        largest_slips = accepted_points.groupby("run_id")[["slide_roll_ratio"]].max().reset_index()
         # the points of a large campaign take more memory than its runs
         del points, accepted_points
         tables.release_memory()
