@@ -8,7 +8,7 @@ would be taken for scatter, and would hide itself.
 Decides: when the runs of a campaign are not steady.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -186,19 +186,9 @@ def largest_change(
         *patterns_over_time(position_in_time, limits.fewest_runs, limits.longest_block),
         patterns_of_labels(members_by_label or {}),
     )
-    changes = []
+    changes: list[Change] = []
     for effect_name in EFFECTS:
-        likelihood = effect_likelihood(covariance, effect_name)
-        prior_precision = limits.usual.size_of(effect_name) ** -2
-        profile = _Profile.at_variances(
-            effect_name, likelihood, prior_precision, len(position_in_time) <= LARGEST_DENSE
-        )
-        candidates = [
-            profile.likeliest_candidate(patterns) for patterns in pattern_families if patterns.count
-        ]
-        changes.extend(
-            profile.likeliest_changes([*candidates, *profile.group_candidates()], limits)
-        )
+        changes += _likeliest_changes_of(effect_name, covariance, pattern_families, limits)
     possible_changes = [
         change
         for change in changes
@@ -208,6 +198,33 @@ def largest_change(
         return None
     excess = [change.score - change.alarm for change in possible_changes]
     return _with_suspects(possible_changes[int(first_largest(excess))], position_in_time)
+
+
+def _likeliest_changes_of(
+    effect_name: str,
+    covariance: CurveCovariance,
+    pattern_families: Sequence[Patterns],
+    limits: SteadinessLimits,
+) -> list[Change]:
+    """The likeliest change of one effect by each kind of pattern.
+
+    What it needs in memory is let go when it returns: in a large campaign that of two effects is
+    too much.
+
+    Args:
+        effect_name: Name of the effect.
+        covariance: Covariance of the curves.
+        pattern_families: Patterns of each kind.
+        limits: When a change is named.
+    """
+    likelihood = effect_likelihood(covariance, effect_name)
+    prior_precision = limits.usual.size_of(effect_name) ** -2
+    is_small_campaign = len(covariance.curves.conditions) <= LARGEST_DENSE
+    profile = _Profile.at_variances(effect_name, likelihood, prior_precision, is_small_campaign)
+    candidates = [
+        profile.likeliest_candidate(patterns) for patterns in pattern_families if patterns.count
+    ]
+    return profile.likeliest_changes([*candidates, *profile.group_candidates()], limits)
 
 
 @with_one_blas_thread
