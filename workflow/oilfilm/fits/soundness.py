@@ -433,7 +433,8 @@ def verdict_of_fit(
             "condition missing": is_condition_missing,
             # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
-            # `relative_rms` is of residuals, over the rms of mu
+            # `relative_rms` is of residuals, over the rms of mu. The limit of an odd curve is the
+            # law's too, as the column `law_verdict` says
             "misfit": quality_row["relative_rms"] > settings.fit.odd_scatter
             or misfit > largest_misfit,
             "lack of fit": lack_shown,
