@@ -18,6 +18,7 @@ from simulated_lab.printed import PrintedCoefficients
 PowerW = Annotated[float, Field(gt=0, json_schema_extra={"unit": "W"})]
 
 
+# A `Group` is a pydantic model: it declares the keys of a group in a YAML file.
 class PaperStatement(Group):
     """What the paper's text says of a number that its table has lost."""
 

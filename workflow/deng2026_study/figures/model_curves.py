@@ -55,6 +55,7 @@ _LABEL_OF_DASHED_SERIES = {"truth": "truth of the simulation", "printed": "print
 
 @register(
     counterpart="Fig. 7",
+    # one job draws the figures of a family
     family="law",
     tables=("coefficients", "points", "surfaces", "surface_sizes", "fit_quality", "extrapolation"),
     settings=("oils", "same_set_point", "studies"),
@@ -183,27 +184,30 @@ def _laws_of_series(
 
     Empty for an oil whose law does not depend on all three conditions, or has unknown constants.
     """
-    constants = coefficients[coefficients["oil"] == oil]
-    if constants.empty:
+    coefficients_of_oil = coefficients[coefficients["oil"] == oil]
+    if coefficients_of_oil.empty:
         return {}
     configured = results.configured
-    refit = FittedLaw.from_tables(constants, oil, quality=configured.fit_quality)
+    refit = FittedLaw.from_tables(coefficients_of_oil, oil, quality=configured.fit_quality)
     refit = replace(refit, read_surface=partial(read_surface, results, oil))
     law = refit.law
-    refit_constants = refit.coefficients
+    # values of constants, not the declarations of `law.constants`
+    refit_coefficients = refit.coefficients
     if (
         law.conditions != CONDITIONS
-        or not refit_constants.is_followed_group.all()
-        or np.isnan(refit_constants.constants).any()
+        # the fit follows every group of the law
+        or not refit_coefficients.is_followed_group.all()
+        or np.isnan(refit_coefficients.constants).any()
     ):
         return {}
     constant_names = [constant.name for constant in law.constants]
-    printed_values = constants.set_index("constant")["printed_value"]
-    printed_constants = printed_values.reindex(constant_names).to_numpy(dtype=float)
-    if results.extrapolation.empty and not np.isnan(printed_constants).any():
+    value_by_constant_name = coefficients_of_oil.set_index("constant")["printed_value"]
+    printed_values = value_by_constant_name.reindex(constant_names).to_numpy(dtype=float)
+    if results.extrapolation.empty and not np.isnan(printed_values).any():
         return {
             "refit": refit,
-            "printed": FittedLaw(law, Coefficients.bare(law, printed_constants)),
+            # without interval and tested box
+            "printed": FittedLaw(law, Coefficients.bare(law, printed_values)),
         }
     return {"refit": refit}
 
@@ -297,9 +301,10 @@ def _draw_truth(
         The largest mu; 0 without a truth.
     """
     abscissa, line_condition = cut
-    levels_of_rows = truth[list(fixed_levels)].to_numpy(dtype=float)
+    # of the rows of the table, not of panels
+    truth_levels = truth[list(fixed_levels)].to_numpy(dtype=float)
     has_levels: BoolArray = np.asarray(
-        np.isclose(levels_of_rows, list(fixed_levels.values())).all(axis=1)
+        np.isclose(truth_levels, list(fixed_levels.values())).all(axis=1)
     )
     truth_of_panel = truth.loc[has_levels]
     # every law has the same truth
@@ -338,7 +343,13 @@ def _intervals_where(x: FloatArray, is_true: Any) -> Iterator[tuple[float, float
 def _legend_entries(
     drawn: pd.DataFrame, levels: Sequence[float], cut: tuple[str, str]
 ) -> list[Any]:
-    """Entries of the legend for symbols, lines and bands."""
+    """Entries of the legend for symbols, lines and bands.
+
+    Args:
+        drawn: Table `drawn` of the sheet, with a column `series`.
+        levels: Levels of the curves.
+        cut: Condition along the abscissa, and condition that differs between the lines.
+    """
     abscissa, line_condition = cut
     grey: style.Look = {"color": style.GREY, "linewidth": 0.9, "markerfacecolor": "white"}
     handles: list[Any] = [
@@ -365,7 +376,8 @@ _MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
 _UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
 _NO_WANG_DENG = "no Wang-Deng law could be fitted"
-_LINESTYLE_OF_SERIES: style.Look = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
+# Line style by the entry of the legend; Eq. 7 has one of its own.
+_LINESTYLE_OF_SERIES = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
 
 
 @register(
@@ -388,7 +400,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     are ours.
     """
     fits = results.fit_quality.dropna(subset="rmse")
-    sheet = Sheet(4, 2, height=(1.7, 1.5), across=0.55, down=0.45)
+    sheet = Sheet(panel_count=4, column_count=2, height=(1.7, 1.5), across=0.55, down=0.45)
     zero_slip_panel = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")
     left_out_panel = sheet.panel(1, "Curve with the largest growth of error")
     near_zero_axis, error_axis = sheet.axes[2:]
@@ -435,7 +447,12 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _zoom_to_zero_slip(axis: Axes, drawn: pd.DataFrame) -> None:
-    """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise."""
+    """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise.
+
+    Args:
+        axis: The axis.
+        drawn: Table `drawn` of the sheet, with columns `panel`, `series`, `oil`, `x` and `y`.
+    """
     panel_a = drawn[drawn["panel"] == "a"]
     mu_at_zero = panel_a.loc[panel_a["series"] == "zero slip", "y"]
     if len(mu_at_zero):
@@ -458,6 +475,7 @@ def _draw_zero_slip(
     Returns:
         The law, the conditions and mu without slip; empty if nothing was drawn.
     """
+    # columns `run_id`, `y` (mu at zero slip of the law) and `law`
     mu_at_zero_of_laws = [
         mu_at_zero_slip(results, fit["oil"], law_name, settings).assign(law=law_name)
         for law_name, fit in fit_by_law.items()
@@ -485,6 +503,7 @@ def _draw_zero_slip(
         **symbol_look | {"markersize": 5},
         zorder=4 + (not fit_by_law[chosen_law_name]["certified"]),
     )
+    # `near_zero_axis` shows it; this adds it to the table `drawn`
     panel.keep("zero slip", 0.0, mu[0], **oil_and_label)
     return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
 
@@ -502,8 +521,9 @@ def _draw_left_out(
         The law, the conditions and the errors; empty if nothing was drawn.
     """
     oils = [fit["oil"] for fit in fit_by_law.values()][:1]
-    fitted_points = results.law_points[results.law_points["oil"].isin(oils)]
-    rms_by_curve = _rms_errors(fitted_points, results.points)
+    # with mu of the laws, not as measured
+    law_points = results.law_points[results.law_points["oil"].isin(oils)]
+    rms_by_curve = _rms_errors(law_points, results.points)
     growth_by_curve = {
         curve_key: left_out_rms - fit_rms
         for curve_key, (fit_rms, left_out_rms) in rms_by_curve.items()
@@ -523,14 +543,14 @@ def _draw_left_out(
     ):
         column = _LEFT_OUT_MU if series == "left out" else _MU
         plateaus = _with_positive_slip(
-            fitted_points[(fitted_points["law"] == law_name) & (fitted_points["run_id"] == run_id)]
+            law_points[(law_points["law"] == law_name) & (law_points["run_id"] == run_id)]
         )
         if law_name not in fit_by_law or plateaus[column].isna().any():
             continue
         slip_of_plateaus = plateaus["slide_roll_ratio"].to_numpy()
-        mu_of_plateaus = plateaus[column].to_numpy()
+        law_mu_of_plateaus = plateaus[column].to_numpy()
         # a fit without the curve is known at its plateaus alone
-        drawn_slip, drawn_mu = slip_of_plateaus, mu_of_plateaus
+        drawn_slip, drawn_mu = slip_of_plateaus, law_mu_of_plateaus
         if series == "fit":
             drawn_slip, drawn_mu = _fitted_curve(fit_by_law[law_name], curve, results, settings)
         dashes = {
@@ -542,7 +562,7 @@ def _draw_left_out(
         }
         panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
         dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
-        difference = mu_of_plateaus - curve[_MU].to_numpy()
+        difference = law_mu_of_plateaus - curve[_MU].to_numpy()
         error_axis.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
     label += f"; rms error {_growth_text(*rms_by_curve[chosen_law_name, run_id])}"
     if (DENG2026.name, run_id) in rms_by_curve:
@@ -616,7 +636,7 @@ def _draw_measured(
         upper=y + half_interval,
         **oil_and_label,
     )
-    level_texts = [f"{curve[name].mean():.3g} {CONDITION_TEXTS[name][2]}" for name in CONDITIONS]
+    level_texts = [f"{curve[name].mean():.3g} {CONDITION_TEXTS[name].unit}" for name in CONDITIONS]
     label = f"{law_title(fit['law'])}; {', '.join(level_texts)}"
     if not fit["certified"]:
         label += ", not certified"

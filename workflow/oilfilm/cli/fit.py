@@ -16,7 +16,13 @@ from oilfilm.traction.law import QUANTITIES
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the command; exit code 1 where nothing could be fitted."""
+    """Run the command; exit code 1 where nothing could be fitted.
+
+    Args:
+        options: What `parser.py` declares for `fit`. `oil` selects one oil of a table that has
+            several; else it names the oil.
+    """
+    # before anything is computed: a plot that could not be written
     refuse_plot(options.plot)
     if options.save is not None and options.save.exists():
         raise OilfilmError(f"{options.save}: exists already. Name a new folder with --save.")
@@ -29,7 +35,9 @@ def run(options: argparse.Namespace) -> int:
         materials=options.materials,
         law=options.law,
         oil=options.oil,
+        # column -> value in its unit: the conditions that all rows have
         at=typed_conditions(options),
+        # a text on what columns mean
         columns=options.columns,
     )
     print("\n".join(map(printable, _summary_lines(fit))))
@@ -46,8 +54,10 @@ def run(options: argparse.Namespace) -> int:
 def _predict_command(fit: ArrayFit, folder: Path) -> str:
     """The command that predicts mu of a saved fit in the middle of its tested conditions."""
     words = ["oilfilm", "predict", "--results", str(folder), "--oil", fit.oil]
+    # `fit.law` is the fitted law, its `law` the form
+    conditions = fit.law.law.conditions
     for option, (condition, _, _) in CONDITION_OPTIONS.items():
-        if condition in fit.law.law.conditions:
+        if condition in conditions:
             words += [option, f"{fit.points[condition].median():.3g}{QUANTITIES[condition].unit}"]
     words += ["--slip", f"{fit.points[SLIP].median():.2g}"]
     return shlex.join(words)

@@ -11,18 +11,31 @@ import argparse
 import difflib
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import oilfilm
 from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError, cut
 
-# Condition of a law, its meaning and an example, by the option of `predict`, `compare` and `fit`.
+
+class ConditionOption(NamedTuple):
+    """An option for a condition of a law: the column of the condition, its meaning, an example."""
+
+    column: str
+    meaning: str
+    example: str
+
+
+# By the option of `predict`, `compare` and `fit`.
 CONDITION_OPTIONS = {
-    "--stress": ("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
-    "--load": ("load_n", "normal load", "50N"),
-    "--speed": ("entrainment_speed_m_s", "entrainment speed, mean of both surface speeds", "30m/s"),
-    "--temperature": ("inlet_temperature_c", "oil temperature at the inlet", "70degC"),
+    "--stress": ConditionOption("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
+    "--load": ConditionOption("load_n", "normal load", "50N"),
+    "--speed": ConditionOption(
+        "entrainment_speed_m_s", "entrainment speed, mean of both surface speeds", "30m/s"
+    ),
+    "--temperature": ConditionOption(
+        "inlet_temperature_c", "oil temperature at the inlet", "70degC"
+    ),
 }
 # Some options, and the command `export`, are for published constants, which only a study has.
 _HAS_PUBLISHED_LAWS = bool(studies.study_files(studies.available()))

@@ -38,6 +38,7 @@ _LARGEST_UNSEEN_FACTOR = 2.0
 # slip, falls by heat more slowly than by the square of the slip, and has one peak.
 _STEEPEST_FALL = 2.0
 _MARGIN_FACTOR = 1.25
+# mu of the lower edge of a valley over mu in it.
 _DEEPEST_VALLEY = 1.15
 # Error of the zero that must not matter, as a traction coefficient. Number of standard errors of a
 # point that noise explains.
@@ -136,10 +137,12 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
             refusal = _refusal_of_shape(
                 run_id, shape, points.iloc[shape.point_index], len(run_ids) - 1
             )
+            # `size` is the deviation over its limits: odd above 1, refused above `REFUSED_SIZE`
             if shape.size > REFUSED_SIZE:
                 verdicts.refusals.append(refusal)
             else:
                 verdicts.warnings.append((run_id, f"unusual_shape: {refusal.reason}"))
+        # `smallest_seen` is a change of ln mu at a typical point
         elif np.exp(shape.smallest_seen) > _LARGEST_UNSEEN_FACTOR:
             seen = np.expm1(shape.smallest_seen)
             reason = fault("shape_not_judged", seen=seen, spread=shape.usual_spread).reason
@@ -158,6 +161,7 @@ def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: 
         mu=point["traction_coefficient"],
         deviation=point["traction_coefficient"] / shape.expected_mu - 1,
         expected=shape.expected_mu,
+        # at this point; `usual_spread` is its median over the curve
         spread=shape.spread,
         others=others,
         size=shape.size,
@@ -183,9 +187,9 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
         "single_level": _is_single_level(slip, mu, noise),
     }
     for sentence_name, is_beyond in mask_of_sentence.items():
-        index_beyond = np.flatnonzero(is_beyond)
-        if len(index_beyond):
-            index_before, point_index = index_beyond[0], index_beyond[0] + 1
+        indices_beyond = np.flatnonzero(is_beyond)
+        if len(indices_beyond):
+            index_before, point_index = indices_beyond[0], indices_beyond[0] + 1
             fields = {
                 "slip": slip[point_index],
                 "mu": mu[point_index],
@@ -227,23 +231,28 @@ def _is_single_level(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> Boo
     Only the point that is farthest off can be named. The ends have no neighbours on one side.
     """
     is_off = np.zeros(len(mu), dtype=bool)
-    level_index = np.flatnonzero(mu > _LEAST_TRACTION)
-    if len(level_index) < _FEWEST_LEVELS:
+    # levels are the points whose mu the zero does not shape
+    point_indices_of_levels = np.flatnonzero(mu > _LEAST_TRACTION)
+    if len(point_indices_of_levels) < _FEWEST_LEVELS:
         return is_off[1:]
-    scaled_slips, log_mu = scaled_slip(slip[level_index]), np.log(mu[level_index])
+    # asinh(S/0.003)
+    scaled_slips = scaled_slip(slip[point_indices_of_levels])
+    log_mu = np.log(mu[point_indices_of_levels])
     deviation = _deviation_from_neighbours(scaled_slips, log_mu)
-    excess = np.zeros(len(level_index))
-    for level in range(1, len(level_index) - 1):
-        other_index = np.delete(np.arange(len(level_index)), level)
+    excess = np.zeros(len(point_indices_of_levels))
+    for level_index in range(1, len(point_indices_of_levels) - 1):
+        other_indices = np.delete(np.arange(len(point_indices_of_levels)), level_index)
         roughness = np.abs(
-            _deviation_from_neighbours(scaled_slips[other_index], log_mu[other_index])
+            _deviation_from_neighbours(scaled_slips[other_indices], log_mu[other_indices])
         ).max()
-        excess[level] = abs(deviation[level]) / max(roughness, _LEAST_ROUGHNESS)
-    worst_level = int(first_largest(excess))
-    worst_point_index = level_index[worst_level]
-    deviation_size = abs(deviation[worst_level]) - noise[worst_point_index] / mu[worst_point_index]
+        excess[level_index] = abs(deviation[level_index]) / max(roughness, _LEAST_ROUGHNESS)
+    worst_level_index = int(first_largest(excess))
+    worst_point_index = point_indices_of_levels[worst_level_index]
+    deviation_size = (
+        abs(deviation[worst_level_index]) - noise[worst_point_index] / mu[worst_point_index]
+    )
     is_off[worst_point_index] = (
-        excess[worst_level] > _LEAST_EXCESS_RATIO and deviation_size > _LEAST_LOG_DEVIATION
+        excess[worst_level_index] > _LEAST_EXCESS_RATIO and deviation_size > _LEAST_LOG_DEVIATION
     )
     return is_off[1:]
 
@@ -251,14 +260,14 @@ def _is_single_level(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> Boo
 def _deviation_from_neighbours(scaled_slips: FloatArray, log_mu: FloatArray) -> FloatArray:
     """ln mu less that of the curve through the neighbours of each point; 0 at the ends."""
     deviation = np.zeros(len(scaled_slips))
-    for level in range(1, len(scaled_slips) - 1):
-        window_index = np.arange(
-            max(0, level - _NEIGHBOURS_PER_SIDE),
-            min(len(scaled_slips), level + _NEIGHBOURS_PER_SIDE + 1),
+    for level_index in range(1, len(scaled_slips) - 1):
+        window_indices = np.arange(
+            max(0, level_index - _NEIGHBOURS_PER_SIDE),
+            min(len(scaled_slips), level_index + _NEIGHBOURS_PER_SIDE + 1),
         )
-        neighbour_index = window_index[window_index != level]
+        neighbour_indices = window_indices[window_indices != level_index]
         curve = np.polynomial.Polynomial.fit(
-            scaled_slips[neighbour_index], log_mu[neighbour_index], len(neighbour_index) - 1
+            scaled_slips[neighbour_indices], log_mu[neighbour_indices], len(neighbour_indices) - 1
         )
-        deviation[level] = log_mu[level] - curve(scaled_slips[level])
+        deviation[level_index] = log_mu[level_index] - curve(scaled_slips[level_index])
     return deviation

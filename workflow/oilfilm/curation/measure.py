@@ -35,7 +35,7 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
     """
     if is_settled:
         run = Run(rig, signals, signals, _settled_readings(signals, rig))
-        return replace(run, flaw=rig.settled_fault(run))
+        return replace(run, flaw=rig.settled_refusal(run))
     division = rig.divide(signals, rig_name)
     usable_signals = division.signals
     phases, flaw = _usable_phases(division, rig)
@@ -58,7 +58,7 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
         rig, signals, working, plateaus, flaw, division.short_level_refusals, tuple(division.phases)
     )
     ramp = rig.measured_ramp(run, division, rig_name)
-    return ramp or replace(run, flaw=rig.zero_fault(run, division, rig_name))
+    return ramp or replace(run, flaw=rig.zero_refusal(run, division, rig_name))
 
 
 def _settled_readings(signals: Signals, rig: RigKind) -> Columns:

@@ -234,11 +234,11 @@ class RigKind(Protocol):
         """The phases at rest and the levels of a run."""
         ...
 
-    def zero_fault(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
-        """The fault of the zero, judged with the plateaus; None without one.
+    def zero_refusal(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
+        """The refusal by the zero, judged with the plateaus; None without one.
 
         Args:
-            run: The run, measured with the zero. Its `flaw` is an earlier fault.
+            run: The run, measured with the zero. Its `flaw` is an earlier refusal.
             division: The phases that gave the zero.
             rig_name: Name of the rig's file.
         """
@@ -254,8 +254,8 @@ class RigKind(Protocol):
         """
         return None
 
-    def settled_fault(self, run: Run) -> Refusal | None:
-        """The fault of readings that the rig is said to have settled; None without one.
+    def settled_refusal(self, run: Run) -> Refusal | None:
+        """The refusal of readings that the rig is said to have settled; None without one.
 
         Args:
             run: The run, of which each row is a plateau.

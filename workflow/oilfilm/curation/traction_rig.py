@@ -32,8 +32,15 @@ from oilfilm.curation.ramps import (
     rolling_ends,
     rolling_zero,
 )
-from oilfilm.curation.rig_kind import TRACTION_KIND as NAME
-from oilfilm.curation.rig_kind import Channel, Division, RigKind, Run, Signals, unknown_values
+from oilfilm.curation.rig_kind import (
+    TRACTION_KIND,
+    Channel,
+    Division,
+    RigKind,
+    Run,
+    Signals,
+    unknown_values,
+)
 from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
     DIRECTION,
@@ -85,11 +92,16 @@ _UNCHANGED_SIGNALS = (
 
 
 class TractionRig(RigKind):
-    """See `RigKind`."""
+    """See `RigKind`.
 
-    name = NAME
+    What is wrong with a run is a `Refusal`, kept in `Run.flaw`. `fault` makes one.
+    """
+
+    # name of the kind of rig; TRACTION below is the kind of its logs
+    name = TRACTION_KIND
     kind_of_logs: LogKind = TRACTION
     table_name = "points"
+    # apart from `channels`: only its zero is removed, and its spikes are left out
     sensor = Channel("traction_force_n", "traction force", "N")
     channels = (
         Channel("load_n", "load", "N"),
@@ -105,7 +117,9 @@ class TractionRig(RigKind):
         "inlet_temperature_c",
     )
     columns_with_error = ("slide_roll_ratio", "traction_force_n", "load_n")
+    # second half of a plateau against its first half
     columns_with_change = (*columns_with_error, "inlet_temperature_c")
+    # beginning of a plateau against all that follows
     columns_with_transient = ("slide_roll_ratio", "traction_force_n")
     terms: Mapping[str, str] = {"sensor": sensor.name, "level": "slip"}
     run_columns: tuple[str, ...] = (
@@ -133,6 +147,7 @@ class TractionRig(RigKind):
         self.gates = settings.gates
         self.plateau_settings = settings.curation.plateaus
         self.zero_settings = settings.curation.zero_reference
+        # in the unit of the sensor, N
         self.zero_drift_max = self.zero_settings.max_drift_n
 
     @property
@@ -143,6 +158,7 @@ class TractionRig(RigKind):
     @staticmethod
     def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
+        # `semantics.direction` is one sign for the whole rig; column DIRECTION has one per plateau
         semantics = settings.campaign.semantics_for(rig_name)
         ball_m_s = samples["ball_speed_m_s"]
         disc_m_s = samples["disc_speed_m_s"]
@@ -168,26 +184,29 @@ class TractionRig(RigKind):
         )
         usable_signals = signals.select(is_turning)
         interval_s = usable_signals.interval_s
-        steps = find_steps(
+        step_index = find_steps(
             usable_signals["slide_roll_ratio"],
             interval_s,
             self.plateau_settings.min_step,
             self.plateau_settings,
         )
-        starts, stops = settled_parts(len(usable_signals), steps, interval_s, self.plateau_settings)
+        starts, stops = settled_parts(
+            len(usable_signals), step_index, interval_s, self.plateau_settings
+        )
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill":
             phases = phases_at_standstill(signals, curation)
             return Division(usable_signals, starts, stops, rest_signals=signals, phases=phases)
         rolling_phases = {"opening": slice(0, 0), "closing": slice(0, 0)}
-        if len(steps):
-            # the beginning of the opening phase gives the zero; the rest is a plateau without slip
-            zero_rows = round(self.zero_settings.duration_s / interval_s)
+        if len(step_index):
+            # the beginning of the opening phase gives the zero; what follows is a plateau without
+            # slip
+            zero_row_count = round(self.zero_settings.duration_s / interval_s)
             # a slow log takes more time: the mean of fewer readings has no standard error. No rig
             # rolls for so long that a wrong unit of time would look like a slow log
             if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
-                zero_rows = max(zero_rows, self.gates.readings_min)
-            rolling_phases["opening"] = slice(0, min(zero_rows, int(stops[0])))
+                zero_row_count = max(zero_row_count, self.gates.readings_min)
+            rolling_phases["opening"] = slice(0, min(zero_row_count, int(stops[0])))
             rolling_phases["closing"] = slice(int(starts[-1]), int(stops[-1]))
         return Division(
             usable_signals,
@@ -196,6 +215,7 @@ class TractionRig(RigKind):
             rest_signals=usable_signals,
             phases={name: rolling_phases[name] for name in _ROLLING_PHASES[zero_source_name]},
             rest_in_words="pure rolling",
+            # the slices of `phases` are parts of levels of slip
             phases_in_levels=True,
         )
 
@@ -222,6 +242,7 @@ class TractionRig(RigKind):
         readings = ramp_readings(
             replace(signals, columns={**signals.columns, sensor: signals[sensor] - removed_n}),
             self._force_lag_range_s(rig_name),
+            # terms that are fitted: 0 where no zero is left, 1 for a constant, 2 with a drift
             zero.term_count,
             self.zero_settings.max_slide_roll_ratio,
             self.settings.curation.spikes.threshold,
@@ -236,6 +257,7 @@ class TractionRig(RigKind):
             plateaus=self.derive(averages, no_zero, removed_se_n[readings.starts]),
             flaw=self._ramp_refusal(readings),
             short_level_refusals=(),
+            # names of phases, or in words that both directions of slip give the zero
             zero_phases=zero.phases or tuple(division.phases),
             force_lag=readings.lag,
         )
@@ -289,7 +311,9 @@ class TractionRig(RigKind):
         """The refusal of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
         lag = readings.lag
         shortest_s, longest_s = lag.tried_range_s
+        # a number of standard errors
         error_s = self.gates.significant_errors * lag.lag_se_s
+        # too long: it may lie beyond the end of the range. Too short: it surely does
         is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s
         is_shorter = lag.lag_s + error_s < shortest_s
         if lag.is_seen and (is_longer or is_shorter):
@@ -298,6 +322,7 @@ class TractionRig(RigKind):
         if abs(readings.drift_n) > self.zero_settings.max_drift_n:
             fields = dict(drift=readings.drift_n, allowed=self.zero_settings.max_drift_n)
             return fault("zero_drift", sensor=self.sensor, **fields)
+        # the relative error has no meaning where mu is near 0
         is_sliding = np.abs(readings.slip) > self.gates.sign_slip_min
         median_error = median(np.abs(readings.mu_se / readings.mu)[is_sliding])
         largest_error = self.settings.curation.ramps.largest_error
@@ -314,7 +339,7 @@ class TractionRig(RigKind):
             )
         return None
 
-    def zero_fault(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
+    def zero_refusal(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
         """The refusal by a phase that is part of the curve, or by a force that should be zero."""
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill":
@@ -329,7 +354,7 @@ class TractionRig(RigKind):
             division, run.plateaus, largest_share, significant_errors
         )
 
-    def settled_fault(self, run: Run) -> Refusal | None:
+    def settled_refusal(self, run: Run) -> Refusal | None:
         """The refusal of rows that are no settled readings, or whose zero was not removed."""
         return raw_signal_refusal(run.signals, self.plateau_settings) or zero_of_readings_refusal(
             run, self.zero_settings
@@ -340,7 +365,9 @@ class TractionRig(RigKind):
     ) -> Columns:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
+        # of each plateau, beside the sign of the rig in `signals`
         direction = np.ones(len(slip))
+        # lower than any point may be: not pure rolling with an error of slip
         is_backwards = slip < self.gates.slide_roll_ratio_min
         # traction is odd in slip: the other direction gives points of the same curve. A few may be
         # mishaps

@@ -34,7 +34,7 @@ class RobustFit(NamedTuple):
     """The fit with a robust loss.
 
     Attributes:
-        constants: Free internal constants, shape (free,).
+        constants: Free constants in the form of the search (ln|X0| and exponents), shape (free,).
         weight_of_point: Weight of each point by the loss, at most 1, shape (points,).
     """
 
@@ -66,10 +66,11 @@ def robust_fit(problem: Problem, plain: Optimum) -> RobustFit | None:
         if scale == 0 or not np.isfinite(scale):
             return None
         weighted_problem = replace(problem, weight_of_point=_cauchy_weight(residual, scale))
-        ends, _ = descend(
+        # of one start: its local optimum, and the SSE there
+        local_optima, _ = descend(
             weighted_problem, constants[np.newaxis], tolerance=_SSE_TOLERANCE, starts_near_ends=True
         )
-        constants = ends[0]
+        constants = local_optima[0]
         previous_residual = residual
         residual = problem.residual(constants)
         if np.abs(residual - previous_residual).max() <= _MU_TOLERANCE * scale:
@@ -116,12 +117,17 @@ def curve_agreement(
         )
 
     point_count = sums_by_curve(np.ones(len(curve_of_point)))
-    power = sums_by_curve(fitted_mu**2)
+    sum_of_squares = sums_by_curve(fitted_mu**2)
     # a curve without traction agrees with every law
-    gain = np.divide(sums_by_curve(problem.mu * fitted_mu), power, out=ones.copy(), where=power > 0)
-    power = np.where(power > 0, power, 1.0)
+    gain = np.divide(
+        sums_by_curve(problem.mu * fitted_mu),
+        sum_of_squares,
+        out=ones.copy(),
+        where=sum_of_squares > 0,
+    )
+    sum_of_squares = np.where(sum_of_squares > 0, sum_of_squares, 1.0)
     remaining_sse = sums_by_curve((problem.mu - gain[curve_of_point] * fitted_mu) ** 2)
-    scatter = np.sqrt(remaining_sse / power) / gain
+    scatter = np.sqrt(remaining_sse / sum_of_squares) / gain
     mean_weight = sums_by_curve(weight_of_point) / point_count
     is_odd = _odd(gain, mean_weight, scatter, settings)
     return {"gain": gain, "robust_weight": mean_weight, "odd": is_odd}
@@ -146,12 +152,14 @@ def _odd(
     usual_gain_error = float(np.median(gain_error))
     usual_scatter = float(np.median(scatter))
     standard_deviation = MAD_TO_SIGMA * usual_gain_error
+    # two tests of the gain: against the median by `odd_gain` and `odd_factor`; against the scatter
+    # of all gains by `odd_gain_deviations` and `odd_gain_min`
     is_far = gain_error > max(settings.odd_gain, settings.odd_factor * usual_gain_error)
     is_far |= gain_error > max(
         settings.odd_gain_deviations * standard_deviation, settings.odd_gain_min
     )
     is_wide = scatter > max(settings.odd_scatter, settings.odd_factor * usual_scatter)
     # weights are of absolute residuals, which grow with mu: a weight alone is no reason
-    is_material = (gain_error > settings.odd_gain / 2) | (scatter > settings.odd_scatter / 2)
-    is_ignored = is_material & (mean_weight < settings.pulling_weight)
+    is_half_odd = (gain_error > settings.odd_gain / 2) | (scatter > settings.odd_scatter / 2)
+    is_ignored = is_half_odd & (mean_weight < settings.pulling_weight)
     return np.asarray(is_far | is_wide | is_ignored)

@@ -53,6 +53,7 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
                 _lack_of_one_fit(quality_row, results.configured, condition_of_run, settings)
             )
         rows.append(row)
+    # a row without a fit lacks most columns: they become null, 0 or empty
     return tables.filled(pd.DataFrame(rows), "lack_of_fit")
 
 
@@ -83,10 +84,11 @@ def _lack_of_one_fit(
     slip = points_of_fit["slide_roll_ratio"].to_numpy(float)
     mu = points_of_fit["traction_coefficient"].to_numpy(float)
     side = np.where(slip < 0, -1.0, 1.0)
-    fitted_mu = [
+    # predictions come for blocks of points
+    fitted_mu_of_blocks = [
         prediction.traction_coefficient for prediction in fit.predictions(mean_conditions, slip)
     ]
-    residual = side * (np.concatenate(fitted_mu) - mu)
+    residual = side * (np.concatenate(fitted_mu_of_blocks) - mu)
     has_residual = np.isfinite(residual)
     points_of_fit = points_of_fit[has_residual]
     residual = residual[has_residual]
@@ -98,6 +100,7 @@ def _lack_of_one_fit(
         condition_of_point, np.abs(slip), settings.same_condition.slide_roll_ratio
     )
     is_of_oil = results.coefficients["oil"] == oil
+    # a constant at its bound counts too
     constant_count = int(results.coefficients.loc[is_of_oil, "value"].notna().sum())
     test = lack_of_fit(
         residual, run_of_point, condition_of_point, slip_level_of_point, constant_count
@@ -107,14 +110,15 @@ def _lack_of_one_fit(
     else:
         verdict = "shown" if test.is_shown else "not shown"
     rms_mu = float(np.sqrt(np.mean(mu**2)))
-    plateau_rms = np.sqrt((points_of_fit["traction_coefficient_se"] ** 2).mean())
+    # rms of the standard errors of the points
+    mu_se_rms = np.sqrt((points_of_fit["traction_coefficient_se"] ** 2).mean())
     return {
         "n_repeats": test.repeat_count,
         "n_repeated_conditions": test.repeated_condition_count,
         "relative_rms": quality_row["relative_rms"],
         "repeat_relative_rms": test.noise / rms_mu,
         "lack_of_fit_relative_rms": test.form_rms / rms_mu,
-        "plateau_relative_rms": plateau_rms / rms_mu,
+        "plateau_relative_rms": mu_se_rms / rms_mu,
         "lack_of_fit_ratio": test.ratio,
         "lack_of_fit_limit": test.limit,
         "verdict": verdict,
@@ -145,11 +149,13 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     Runs have the same condition where oil, rig and set points are the same. Where a set point is
     not stated, the level of the measured mean is used, by the widths of `same_condition`.
     """
+    # each set point that is stated is moved to the value of its level, in its unit
     runs = with_levels(results.runs, settings).set_index("run_id")
     columns = ["run_id", "accepted", *_MEASURED]
+    # each part has all points of some runs
     means_of_parts = [
-        part[part["accepted"]].groupby("run_id")[list(_MEASURED)].mean()
-        for part in results.parts_of_runs("points", columns)
+        points[points["accepted"]].groupby("run_id")[list(_MEASURED)].mean()
+        for points in results.parts_of_runs("points", columns)
     ]
     means = pd.concat(means_of_parts).reindex(runs.index)
     # pressure and load are one set point: where one is stated, the other is not needed
@@ -161,7 +167,8 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
         level_number = condition_level_numbers(
             measured, means[measured].to_numpy(float), settings.same_condition
         )
-        # a negative number is a level of the measured means
+        # these labels only tell conditions apart: a positive one is the value of a set point, a
+        # negative one is -1 less the number of a level of the measured means
         labels[name] = runs[name].where(is_stated, -1.0 - level_number)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
 
@@ -229,19 +236,19 @@ def lack_of_fit(
     """
     condition_of_run = np.zeros(run_of_point.max() + 1, dtype=np.int64)
     condition_of_run[run_of_point] = condition_of_point
-    runs_of_condition = np.bincount(condition_of_run)
-    repeat_count = int(np.sum(runs_of_condition[runs_of_condition > 1] - 1))
-    repeated_condition_count = int(np.sum(runs_of_condition > 1))
+    run_count_of_condition = np.bincount(condition_of_run)
+    repeat_count = int(np.sum(run_count_of_condition[run_count_of_condition > 1] - 1))
+    repeated_condition_count = int(np.sum(run_count_of_condition > 1))
     _, cell_of_point = np.unique(
         np.column_stack([condition_of_point, slip_level_of_point]), axis=0, return_inverse=True
     )
-    distinct_pairs, pair_of_point = np.unique(
+    distinct_cells_and_runs, pair_of_point = np.unique(
         np.column_stack([cell_of_point, run_of_point]), axis=0, return_inverse=True
     )
-    # mean of each run in each cell
+    # mean of each run in each cell: a value of the test
     mean_residuals = np.bincount(pair_of_point, residual) / np.bincount(pair_of_point)
-    cell_of_value = distinct_pairs[:, 0]
-    values_per_cell = np.bincount(cell_of_value)
+    cell_of_pair = distinct_cells_and_runs[:, 0]
+    values_per_cell = np.bincount(cell_of_pair)
     pure_degrees = len(mean_residuals) - len(values_per_cell)
     fit_degrees = len(values_per_cell) - constant_count
     if pure_degrees == 0 or fit_degrees <= 0:
@@ -249,21 +256,22 @@ def lack_of_fit(
         return LackOfFit(
             repeat_count, repeated_condition_count, noise=nan, form_rms=nan, ratio=nan, limit=nan
         )
-    sum_of_cell = np.bincount(cell_of_value, mean_residuals)
+    sum_of_cell = np.bincount(cell_of_pair, mean_residuals)
     sse = float(np.sum(mean_residuals**2))
-    sse_of_means = float(np.sum(sum_of_cell**2 / values_per_cell))
-    pure_sse = max(sse - sse_of_means, sse / _LARGEST_RATIO)
-    ratio = sse_of_means / fit_degrees / (pure_sse / pure_degrees)
+    # lack of fit: the part of it that the means of cells have
+    sse_of_cells = float(np.sum(sum_of_cell**2 / values_per_cell))
+    pure_sse = max(sse - sse_of_cells, sse / _LARGEST_RATIO)
+    ratio = sse_of_cells / fit_degrees / (pure_sse / pure_degrees)
     values_per_run = len(mean_residuals) / len(condition_of_run)
     limit = scipy.special.fdtri(
         fit_degrees / values_per_run, pure_degrees / values_per_run, CONFIDENCE
     )
-    noise = _between_runs(residual, pair_of_point, cell_of_value, cell_of_point)
+    noise = _between_runs(residual, pair_of_point, cell_of_pair, cell_of_point)
     # the constants have taken up a part of the noise
     noise_in_residuals = (1 - constant_count / len(residual)) * noise**2
     unexplained = float(np.mean(residual**2)) - noise_in_residuals
-    lack = float(np.sqrt(max(unexplained, 0.0)))
-    return LackOfFit(repeat_count, repeated_condition_count, noise, lack, ratio, float(limit))
+    form_rms = float(np.sqrt(max(unexplained, 0.0)))
+    return LackOfFit(repeat_count, repeated_condition_count, noise, form_rms, ratio, float(limit))
 
 
 def _between_runs(
@@ -282,11 +290,12 @@ def _between_runs(
     """
     within_runs = np.bincount(cell_of_pair, _squared_differences(residual, pair_of_point))
     between_runs = _squared_differences(residual, cell_of_point) - within_runs
-    point_pairs_within_runs = np.bincount(cell_of_pair, np.bincount(pair_of_point) ** 2)
-    point_pairs_between_runs = (np.bincount(cell_of_point) ** 2 - point_pairs_within_runs) / 2
+    # couples of points, in either order and of a point with itself
+    ordered_couples_within_runs = np.bincount(cell_of_pair, np.bincount(pair_of_point) ** 2)
+    couple_counts_between_runs = (np.bincount(cell_of_point) ** 2 - ordered_couples_within_runs) / 2
     run_counts = np.bincount(cell_of_pair)
     is_repeated = run_counts > 1
-    variances = between_runs[is_repeated] / (2 * point_pairs_between_runs[is_repeated])
+    variances = between_runs[is_repeated] / (2 * couple_counts_between_runs[is_repeated])
     return float(np.sqrt(np.average(variances, weights=run_counts[is_repeated] - 1)))
 
 
@@ -362,8 +371,9 @@ def judged_fits(
         # of one oil at a time: a fit keeps its surface
         fitted = None
         if np.isfinite(quality_row["rmse"]):
-            fit = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
-            fitted = replace(fit, read_surface=partial(read_surface, results, oil))
+            fitted = FittedLaw.from_tables(fits.coefficients, oil, quality=fits.fit_quality)
+            # the surface is read only when it is used
+            fitted = replace(fitted, read_surface=partial(read_surface, results, oil))
         points = results.table("points", ["run_id", "accepted", "slide_roll_ratio"], oil=oil)
         accepted_points = points[points["accepted"]]
         largest_slips = accepted_points.groupby("run_id")[["slide_roll_ratio"]].max().reset_index()
@@ -379,6 +389,7 @@ def judged_fits(
             lack_shown=lack_verdict_by_oil.get(oil) == "shown",
         )
         rows.append({**verdict, "oil": oil, "law": quality_row["law"]})
+    # every row has every column: nothing is to be filled
     return tables.from_rows(rows, "soundness")
 
 
@@ -396,16 +407,19 @@ def verdict_of_fit(
         quality_row: The fit's row of `fit_quality`.
         fitted: The fit; None where there is none.
         points: Its accepted points, or of each run that with the largest slip.
-        settings: `fit`, `surface` and `steadiness`.
+        settings: `fit`, `surface` and `steadiness`; a fit on arrays has no campaign's `Settings`.
         runs: Table of runs; without it no groups of runs are known.
         lack_shown: Whether repeated runs show a lack of fit.
     """
     no_fit = fitted is None or np.isnan(quality_row["rmse"])
     fixed_conditions = fixed_from_text(quality_row["fixed_conditions"])
-    is_condition_missing = any(condition.level is None for condition in fixed_conditions)
+    # without a level: not measured in every run
+    is_condition_missing = any(fixed.level is None for fixed in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
     too_few_curves = surface is None or len(surface.run_ids) < settings.steadiness.curves_min
+    # "steady", as where no change was found
     columns = dict(NO_CHANGE)
+    # both relative to mu
     misfit = run_scatter = np.nan
     if fitted is not None and surface is not None:
         misfit = fitted.misfit_beside_surface
@@ -424,6 +438,8 @@ def verdict_of_fit(
             "condition missing": is_condition_missing,
             # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
+            # `relative_rms` is of residuals, over the rms of mu. The limit of an odd curve is the
+            # law's too, as the column `law_verdict` says
             "misfit": quality_row["relative_rms"] > settings.fit.odd_scatter
             or misfit > largest_misfit,
             "lack of fit": lack_shown,

@@ -104,6 +104,7 @@ def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[st
         oil_surface: The surface of an oil.
         rig_name: Name of the rig of the next run; None for one of the rigs of the runs.
     """
+    # empty for one rig, or unknown ones
     rig_names = oil_surface.rig_names
     if not rig_names:
         return []
@@ -168,7 +169,7 @@ def _assumed_errors(usual_error_names: list[str]) -> str:
     """Which errors between runs the files of rigs do not state."""
     if not usual_error_names:
         return ""
-    names = ", ".join(_ERRORS[size] for size in usual_error_names)
+    names = ", ".join(_ERRORS[error_name] for error_name in usual_error_names)
     keys = "errors_between_runs"
     if "rig_gain" in usual_error_names:
         keys += "; calibration for the difference of rigs"

@@ -5,15 +5,24 @@ Decides: names and units on axes; the symbols of print; the colour of an oil.
 
 import re
 from collections.abc import Sequence
+from typing import NamedTuple
 
 from oilfilm.traction import LAW_TITLES
 
-# Symbol, label and unit of the quantities on which mu depends.
+
+class ConditionTexts(NamedTuple):
+    """How print names a quantity on which mu depends: symbol, label, and unit (empty for 1)."""
+
+    symbol: str
+    label: str
+    unit: str
+
+
 CONDITION_TEXTS = {
-    "max_hertz_pressure_gpa": ("P", "Maximum Hertz pressure", "GPa"),
-    "entrainment_speed_m_s": ("U", "Entrainment speed", "m/s"),
-    "inlet_temperature_c": ("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
-    "slide_roll_ratio": ("S", "Slide-roll ratio", ""),
+    "max_hertz_pressure_gpa": ConditionTexts("P", "Maximum Hertz pressure", "GPa"),
+    "entrainment_speed_m_s": ConditionTexts("U", "Entrainment speed", "m/s"),
+    "inlet_temperature_c": ConditionTexts("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
+    "slide_roll_ratio": ConditionTexts("S", "Slide-roll ratio", ""),
 }
 # Colours of Okabe and Ito, distinct for every kind of colour vision.
 _PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")

@@ -77,12 +77,14 @@ Span = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_not
 
 Share = Annotated[float, Field(ge=0, le=1, **_unit("1"))]
 PositiveShare = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
+# K_rs of SKF's starvation factor
 ReplenishmentConstant = Annotated[float, Field(ge=0, le=1e-6, **_unit("1"))]
+# traction in a bearing's ellipse over that in a rig's circle
 EllipseFactor = Annotated[float, Field(gt=0, le=2, **_unit("1"))]
 Positive = Annotated[float, Field(gt=0, **_unit("1"))]
 AboveOne = Annotated[float, Field(gt=1, **_unit("1"))]
 Tolerance = Annotated[float, Field(gt=0, lt=1, **_unit("1"))]  # relative: 0.03 is 3 %
-SameLevel = Annotated[float, Field(ge=0, le=0.1, **_unit("1"))]  # relative
+SameLevel = Annotated[float, Field(ge=0, le=0.1, **_unit("1"))]  # relative; 0: only equal ones
 RelativeError = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]
 # of a sensor: none is without error, and one of more than a fifth measures nothing
 CalibrationError = Annotated[float, Field(gt=0, le=0.2, **_unit("1"))]
@@ -91,12 +93,13 @@ SlideRollRatio = Annotated[float, Field(gt=0, le=2, **_unit("1"))]  # over the m
 SlideRollRatioOrZero = Annotated[float, Field(ge=0, le=2, **_unit("1"))]
 SignedSlideRollRatio = Annotated[float, Field(ge=-2, le=2, **_unit("1"))]
 SlipChange = Annotated[float, Field(gt=0, le=2, **_unit("1"))]
-TractionChange = Annotated[float, Field(gt=0, le=1, **_unit("1"))]
+TractionChange = Annotated[float, Field(gt=0, le=1, **_unit("1"))]  # absolute, in mu
 LevelCount = Annotated[int, Field(ge=2, le=1000)]
 LambdaRatio = Annotated[float, Field(ge=0, le=100, **_unit("1"))]
 Gamma = Annotated[float, Field(gt=-1, lt=1, **_unit("1"))]  # of a bearing: D cos(alpha)/dm
 PoissonRatio = Annotated[float, Field(ge=0, le=0.5, **_unit("1"))]
 Slips = Annotated[Rising[SlideRollRatio], Field(max_length=50)]
+# groove radius over ball diameter
 GrooveCurvature = Annotated[float, Field(gt=0.5, le=1, **_unit("1"))]
 
 # ---------------------------------------------------------------- operating conditions
@@ -108,6 +111,7 @@ PitchSpeedMmRpm = Annotated[float, Field(gt=0, le=1e8, **_unit("mm rpm"))]  # dm
 SpeedRpm = Annotated[float, Field(gt=0, le=1e6, **_unit("rpm"))]
 # of an oil; above 0 because laws take powers of it, below what a temperature in K would be
 TemperatureC = Annotated[float, Field(gt=0, le=250, **_unit("degC"))]
+# a size: a tolerance
 TemperatureDifferenceC = Annotated[float, Field(gt=0, le=50, **_unit("degC"))]
 TemperatureErrorC = Annotated[float, Field(ge=0, le=50, **_unit("degC"))]
 DurationS = Annotated[float, Field(gt=0, le=86400, **_unit("s"))]
@@ -118,8 +122,11 @@ TorqueErrorNm = Annotated[float, Field(ge=0, le=1e6, **_unit("N m"))]
 # ---------------------------------------------------------------- bodies
 
 HollowShaftRatio = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]  # 0: a solid shaft
+# on diameter; never a clearance
 InterferenceUm = Annotated[float, Field(ge=0, le=1000, **_unit("um"))]
-FitUm = Annotated[float, Field(ge=-1000, le=1000, **_unit("um"))]  # below 0: a clearance
+# on diameter; below 0: a clearance
+FitUm = Annotated[float, Field(ge=-1000, le=1000, **_unit("um"))]
+# signed: hotter or colder body
 TemperatureDifferenceK = Annotated[float, Field(ge=-200, le=200, **_unit("K"))]
 Expansion1K = Annotated[float, Field(ge=0, le=1e-4, **_unit("1/K"))]
 FlowLMin = Annotated[float, Field(ge=0, le=1000, **_unit("L/min"))]

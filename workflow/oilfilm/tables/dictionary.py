@@ -50,7 +50,7 @@ class Column:
     Attributes:
         name: Of the column; it ends in the unit where the unit is not 1.
         type: Type of its values.
-        unit: One of `UNITS`; empty for text, lists of texts and flags.
+        unit: One of `UNITS` in `tables.declaration`; empty for text, lists of texts and flags.
         meaning: What it is, in every table.
         caveat: What a user must know before trusting it ("calibration is not included").
         nullable: Whether values may be missing.
@@ -83,7 +83,7 @@ class Column:
 
     @property
     def shown_unit(self) -> str:
-        """Unit to write behind a number; empty for plain numbers and for units of their own."""
+        """Unit to write behind a number; empty for plain numbers and a unit of its own per row."""
         return "" if self.unit in ("1", BY_ROW) else self.unit
 
     @property
@@ -201,7 +201,7 @@ def repetition_complaint(frame: pd.DataFrame, key: Sequence[str]) -> str:
 # Every column and every table by name, in the order in which they are described.
 COLUMNS: dict[str, Column] = {}
 TABLES: dict[str, Table] = {}
-# Columns that several tables share.
+# Lists of columns that several tables share; `column_sets` in the files.
 _COLUMN_SETS: dict[str, ColumnList] = {}
 
 # Attributes of a column by the type that its declaration names, before its limits.
@@ -242,11 +242,12 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
         COLUMNS[name] = _column(name, column)
     for name, column_set in declarations.column_sets.items():
         _refuse_second_declaration(name, _COLUMN_SETS, file, ("column_sets", name))
-        steps = ("column_sets", name)
-        _refuse_unknown(column_set.columns, COLUMNS, _DECLARED_COLUMN, file, (*steps, "columns"))
+        key_path = ("column_sets", name)
+        _refuse_unknown(column_set.columns, COLUMNS, _DECLARED_COLUMN, file, (*key_path, "columns"))
         names_in_set = column_set.columns
+        # in every table that has the set
         refined = column_set.in_this_table
-        _refuse_unknown(refined, names_in_set, _COLUMN_OF_TABLE, file, (*steps, "in_this_table"))
+        _refuse_unknown(refined, names_in_set, _COLUMN_OF_TABLE, file, (*key_path, "in_this_table"))
         _COLUMN_SETS[name] = column_set
     for name, table in declarations.tables.items():
         _refuse_second_declaration(name, TABLES, file, ("tables", name))
@@ -285,11 +286,11 @@ def _refined(name: str, refinement: Refinement) -> Column:
 
 
 def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) -> Table:
-    steps = ("tables", name)
+    key_path = ("tables", name)
     _refuse_unknown(
-        entry.column_sets or [], _COLUMN_SETS, "a declared set", file, (*steps, "column_sets")
+        entry.column_sets or [], _COLUMN_SETS, "a declared set", file, (*key_path, "column_sets")
     )
-    _refuse_unknown(entry.columns, COLUMNS, _DECLARED_COLUMN, file, (*steps, "columns"))
+    _refuse_unknown(entry.columns, COLUMNS, _DECLARED_COLUMN, file, (*key_path, "columns"))
     column_names: list[str] = []
     refinements: dict[str, Refinement] = {}
     for set_name in entry.column_sets or []:
@@ -298,9 +299,9 @@ def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) ->
     column_names += entry.columns
     refinements |= entry.in_this_table
     _refuse_unknown(
-        entry.in_this_table, column_names, _COLUMN_OF_TABLE, file, (*steps, "in_this_table")
+        entry.in_this_table, column_names, _COLUMN_OF_TABLE, file, (*key_path, "in_this_table")
     )
-    _refuse_unknown(entry.key or [], column_names, _COLUMN_OF_TABLE, file, (*steps, "key"))
+    _refuse_unknown(entry.key or [], column_names, _COLUMN_OF_TABLE, file, (*key_path, "key"))
     columns = tuple(
         _refined(column_name, refinements[column_name])
         if column_name in refinements
@@ -321,7 +322,7 @@ def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) ->
 
 
 def _refuse_second_declaration(
-    name: str, declared: Mapping[str, object], file: YamlFile, steps: Sequence[str]
+    name: str, declared: Mapping[str, object], file: YamlFile, key_path: Sequence[str]
 ) -> None:
     """Refuse a name that another file has declared already.
 
@@ -329,8 +330,9 @@ def _refuse_second_declaration(
         OilfilmError: It is declared already.
     """
     if name in declared:
+        location = file.location_of(key_path)
         raise OilfilmError(
-            f"{file.location_of(steps)}: {name!r} is declared a second time under `{steps[0]}`; "
+            f"{location}: {name!r} is declared a second time under `{key_path[0]}`; "
             "expected one declaration in all files. Use another name."
         )
 
@@ -340,7 +342,7 @@ def _refuse_unknown(
     allowed_names: Container[str],
     expected: str,
     file: YamlFile,
-    steps: Sequence[str],
+    key_path: Sequence[str],
 ) -> None:
     """Refuse a name that is not among the allowed ones.
 
@@ -350,9 +352,10 @@ def _refuse_unknown(
     for index, name in enumerate(names):
         if name not in allowed_names:
             # in a list the line of its item, in a group that of its key
-            step = name if steps[-1] == "in_this_table" else index
+            last_key = name if key_path[-1] == "in_this_table" else index
+            location = file.location_of((*key_path, last_key))
             raise OilfilmError(
-                f"{file.location_of((*steps, step))}: found {name!r} under `{'.'.join(steps)}`, "
+                f"{location}: found {name!r} under `{'.'.join(key_path)}`, "
                 f"expected {expected}. Declare it, or correct the name."
             )
 
