@@ -55,7 +55,7 @@ def bearing_study(project: Path) -> None:
         "uncertainty": {"draws": 40},
         "cage_slip": {
             "pitch_speed_mm_rpm": [1e6, 4e6],
-            "axial_load_n": [500, 20000],
+            "axial_load_n": [1000, 20000],
             "further_temperature_c": [140],
         },
         "size_effect": {"ball_size_factors": [0.5, 1.0], "groove_curvatures": [0.51]},
