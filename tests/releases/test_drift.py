@@ -10,9 +10,12 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import pyarrow as arrow
 import pytest
+from pyarrow import parquet
 
 from campaigns import LABORATORY, ROOT, Campaign
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.curation.curate import collect, curate
 from oilfilm.curation.traction_rig import TractionRig
@@ -271,6 +274,42 @@ def test_gate_names_a_changed_statement_and_nothing_else(
     ((_, _, named, old, new),) = section.rows
     assert named == column
     assert old != new
+
+
+def of_another_version(
+    release: Path, folder: Path, table_name: str, lost: str, added: str = "colour"
+) -> Path:
+    """A copy of a release, in which a table lacks a column and has another one."""
+    copy = Path(shutil.copytree(release, folder / "other"))
+    for path in (copy, *copy.rglob("*")):
+        path.chmod(0o755 if path.is_dir() else 0o644)
+    file = copy / f"tables/{table_name}.parquet"
+    content = parquet.read_table(file).drop_columns([lost])
+    content = content.append_column(added, arrow.nulls(content.num_rows, arrow.string()))
+    parquet.write_table(content, file)
+    alter(copy, f"tables/{table_name}.parquet", file.read_bytes())
+    return copy
+
+
+def test_columns_of_one_version_are_named_and_pass(before: Path, tmp_path: Path) -> None:
+    """Versions add columns; every version 1.x compares what another one made."""
+    other = of_another_version(before, tmp_path, "runs", lost="warning")
+    comparison = compare(StoredRelease.open(before), StoredRelease.open(other), DRIFT)
+    assert comparison.statements == []
+    assert comparison.beyond_limits == []
+    (section,) = [part for part in comparison.sections if part.title == "Columns of tables"]
+    assert section.rows == [("runs.colour", "", "there"), ("runs.warning", "there", "")]
+
+
+@pytest.mark.parametrize(
+    ("table_name", "lost"), [("runs", "run_id"), ("fit_quality", "configured")]
+)
+def test_columns_without_which_nothing_can_be_compared_are_named(
+    before: Path, tmp_path: Path, table_name: str, lost: str
+) -> None:
+    other = of_another_version(before, tmp_path, table_name, lost)
+    with pytest.raises(OilfilmError, match=lost):
+        compare(StoredRelease.open(before), StoredRelease.open(other), DRIFT)
 
 
 def test_added_log_changes_counts_and_passes(

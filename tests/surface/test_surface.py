@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from threadpoolctl import threadpool_limits
 
-from lawless_truths import DENG_CONSTANTS, TRUTHS
+from lawless_truths import DENG_CONSTANTS, TRUTHS, rounded
 from oilfilm.surface import surface as surface_module
 from oilfilm.surface.label_swap import swapped_temperatures
 from oilfilm.surface.law_mean import FreeLaw
@@ -87,6 +87,25 @@ def test_new_runs_are_inside_the_interval(fitted):
     prediction = fitted.predict(new.point_conditions, new.slip)
     lower, upper = prediction.interval(fitted.interval_factors.point)
     assert np.mean((lower <= new.mu) & (new.mu <= upper)) >= 0.87
+
+
+def test_mu_between_slips_is_held_or_has_no_interval():
+    """Three slips hide the maximum of this oil, and the interval held mu at 11 to 60 %."""
+    tested = grid((0.9, 1.15, 1.5), (5.0, 10.0, 20.0), (42.0, 70.0, 105.0))
+    conditions = grid((1.0, 1.3), (7.0, 14.0), (50.0, 65.0, 90.0))
+    for slips, slip, is_supported in (
+        ((0.012, 0.06, 0.26), 0.13, False),
+        ((0.012, 0.04, 0.1, 0.26), 0.17, True),
+    ):
+        random = np.random.default_rng(25)
+        measured = simulated(rounded, tested, random, slips=np.array(slips))
+        surface = fit_surface(measured, fitted_law(measured))
+        prediction = surface.predict(conditions, np.full(len(conditions), slip))
+        lower, upper = prediction.interval(surface.interval_factors.point)
+        assert np.all(np.isfinite(lower) == is_supported)
+        if is_supported:
+            truth = rounded(*conditions.T, slip)
+            assert np.mean((lower <= truth) & (truth <= upper)) >= 0.87
 
 
 def test_repeated_runs_raise_no_claim():

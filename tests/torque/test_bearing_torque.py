@@ -9,6 +9,7 @@ import pytest
 
 from bearings import RIG, RPM, SETTINGS, exact_keys, in_operation, printed_law, problem, shipped
 from campaigns import LABORATORY, oil_of, printed
+from oilfilm.base.units import FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.torque import torque_terms
@@ -87,7 +88,10 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
 
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
     law, points = printed_law("4050"), OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
-    stronger = lambda conditions, slide_roll_ratio: 1.33 * law(conditions, slide_roll_ratio)  # noqa: E731
+
+    def stronger(conditions: FloatArray, slide_roll_ratio: FloatArray) -> FloatArray:
+        return 1.33 * law(conditions, slide_roll_ratio)
+
     planted = in_operation(problem(shipped("mainshaft-167"), points, law=stronger))
     truth = torque_terms(friction_equilibrium(planted), TESTED)
     torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, config)

@@ -139,8 +139,20 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         for title in values_before
     ]
     statements = list(changed_statements(before.read_table, after.read_table, drift.errors))
-    changes_of_constants = _changes_of_constants(before, after).assign(limit=drift.standard_errors)
-    changes_of_traction = _changes_of_traction(before, after, drift).assign(limit=drift.traction)
+    input_sections.append(
+        DiffSection("Columns of tables", ("column", "A", "B"), _columns_of_one(before, after))
+    )
+    try:
+        changes_of_constants = _changes_of_constants(before, after)
+        changes_of_traction = _changes_of_traction(before, after, drift)
+    except KeyError as error:
+        raise OilfilmError(
+            f"{before.name}, {after.name}: the constants cannot be compared, because the column "
+            f"{error} is missing in coefficients or fit_quality. Compare with the version of "
+            "oilfilm that made them."
+        ) from error
+    changes_of_constants = changes_of_constants.assign(limit=drift.standard_errors)
+    changes_of_traction = changes_of_traction.assign(limit=drift.traction)
     return Comparison(
         release_names=(before.name, after.name),
         kernel_note=_kernel_note(
@@ -236,6 +248,23 @@ def _hash_by_path(records: Iterable[FileRecord]) -> dict[str, str]:
 def _value_by_key(tree: dict[str, Any]) -> dict[str, str]:
     """The values in nested mappings, by their keys joined by points; a list is one value."""
     return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
+
+
+def _columns_of_one(before: StoredRelease, after: StoredRelease) -> list[Row]:
+    """Columns that only one of two releases has, of the tables that both have.
+
+    Versions of oilfilm add columns. Their values are not compared.
+    """
+    rows = []
+    for table_name in sorted(tables.TABLES):
+        names_before = before.column_names(table_name)
+        names_after = after.column_names(table_name)
+        if names_before is None or names_after is None:
+            continue
+        for name in sorted(set(names_before) ^ set(names_after)):
+            sides = ["there" if name in names else "" for names in (names_before, names_after)]
+            rows.append((f"{table_name}.{name}", *sides))
+    return rows
 
 
 def _changed_lines_of_summary(

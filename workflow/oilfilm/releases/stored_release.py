@@ -177,17 +177,34 @@ class StoredRelease:
     def read_table(self, name: str) -> pd.DataFrame | None:
         """A table; None where the release has none, or the pin does not keep it.
 
+        It has the columns that are both declared in this version and in the file.
+
         Raises:
-            OilfilmError: As in `checked_file`, or as in `tables.read`.
+            OilfilmError: As in `checked_file`, or as in `tables.read_of_any_version`.
         """
+        file = self._table_file(name)
+        if file is None:
+            return None
+        try:
+            return tables.read_of_any_version(name, file)
+        except READ_ERRORS as error:
+            raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
+
+    def column_names(self, table_name: str) -> list[str] | None:
+        """Names of the columns of a table; None as for `read_table`.
+
+        Raises:
+            OilfilmError: As in `checked_file`, or the file is damaged.
+        """
+        file = self._table_file(table_name)
+        return None if file is None else tables.column_names_of(file)
+
+    def _table_file(self, name: str) -> Path | None:
+        """The checked file of a table; None as for `read_table`."""
         path = f"tables/{name}.parquet"
         if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
             return None
-        file = self.checked_file(path)
-        try:
-            return tables.read(name, file)
-        except READ_ERRORS as error:
-            raise OilfilmError(f"{file}: cannot be read as a table ({error}).") from error
+        return self.checked_file(path)
 
     def read_lines(self, path: str) -> list[str] | None:
         """The lines of a text; None where the release has none, or the pin does not keep it.

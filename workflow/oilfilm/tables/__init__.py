@@ -30,6 +30,7 @@ from oilfilm.tables.dictionary import LARGEST_NUMBER as LARGEST_NUMBER
 from oilfilm.tables.dictionary import TABLES as TABLES
 from oilfilm.tables.dictionary import Column as Column
 from oilfilm.tables.dictionary import Table as Table
+from oilfilm.tables.dictionary import repetition_complaint
 from oilfilm.tables.dictionary import unit_of as unit_of
 
 # Most bytes that a table may have once it is unpacked.
@@ -453,6 +454,45 @@ def read(
     return conform(_as_frame(contents), table_name, origin, _ADVICE_ON_OLD_FILES, columns)
 
 
+def read_of_any_version(table_name: str, path: Path) -> pd.DataFrame:
+    """Read a table that another version of oilfilm may have made, and check it.
+
+    Versions add columns. A column that either the file or this version lacks is left out. Checks
+    over several columns are made where the file has all of them and no others.
+
+    Args:
+        table_name: Name of the table's model.
+        path: Its file.
+
+    Raises:
+        OilfilmError: As in `read`, or the file lacks a column of the table's key.
+    """
+    model = TABLES[table_name]
+    names_in_file = column_names_of(path)
+    is_repeated = len(set(names_in_file)) < len(names_in_file)
+    if is_repeated or set(names_in_file) == set(model.names):
+        return read(table_name, path)
+    key_in_file = [name for name in names_in_file if name in model.key]
+    _refuse_other_columns(key_in_file, model.key, table_name, str(path), _ADVICE_ON_OLD_FILES)
+    shared_names = [name for name in model.names if name in names_in_file]
+    _check_written_as(table_name, path, shared_names)
+    content = _file_content(path, columns=shared_names)
+    frame = conform(_as_frame([content]), table_name, str(path), _ADVICE_ON_OLD_FILES, shared_names)
+    complaint = repetition_complaint(frame, model.key) if model.key else ""
+    if complaint:
+        raise OilfilmError(f"{path}: table {table_name!r}: {cut(complaint, 1000)}.")
+    return frame
+
+
+def column_names_of(path: Path) -> list[str]:
+    """Names of the columns that a file has.
+
+    Raises:
+        OilfilmError: The file is missing or damaged.
+    """
+    return list(_schema(path).names)
+
+
 def from_arrow(content: arrow.Table) -> pd.DataFrame:
     """A row group of a table, as `arrow_parts` gives it, as a frame; its values are not checked."""
     return _as_frame([content])
@@ -623,8 +663,15 @@ def read_run(table_name: str, paths: Sequence[Path], run_id: str) -> pd.DataFram
     return conform(_as_frame(contents), table_name, f"run {run_id}", _ADVICE_ON_OLD_FILES)
 
 
-def _check_written_as(table_name: str, path: Path) -> None:
-    """Refuse a file that holds another table, other columns, or a column in another unit."""
+def _check_written_as(table_name: str, path: Path, columns: Sequence[str] | None = None) -> None:
+    """Refuse a file that holds another table, other columns, or a column in another unit.
+
+    Args:
+        table_name: Name of the table's model.
+        path: The file.
+        columns: Columns whose unit is checked. If not given, the file must have all columns of the
+            table and no others.
+    """
     schema = _schema(path)
     written_name = _footer(path, schema).get("table")
     if written_name != table_name:
@@ -632,10 +679,10 @@ def _check_written_as(table_name: str, path: Path) -> None:
             f"{path}: holds table {cut(repr(written_name))}; expected {table_name!r}. Delete it "
             "and run snakemake again."
         )
-    _refuse_other_columns(
-        schema.names, TABLES[table_name].names, table_name, str(path), _ADVICE_ON_OLD_FILES
-    )
-    for column in TABLES[table_name].columns:
+    if columns is None:
+        columns = TABLES[table_name].names
+        _refuse_other_columns(schema.names, columns, table_name, str(path), _ADVICE_ON_OLD_FILES)
+    for column in [TABLES[table_name][name] for name in columns]:
         metadata = schema.field(column.name).metadata or {}
         unit = metadata.get(b"unit", b"").decode("utf-8", "replace")
         if unit != column.unit:
