@@ -213,11 +213,16 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     )
 
 
-@pytest.mark.parametrize("oil", [nightly("4102"), "4010"])
-@pytest.mark.parametrize("name", SHIPPED)
-def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil):
+@pytest.mark.parametrize(
+    ("name", "oil", "speed_count"),
+    [
+        ("mainshaft-167", "4010", 5),
+        *(nightly(name, oil, 21) for name in SHIPPED for oil in ("4102", "4010")),
+    ],
+)
+def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil, speed_count):
     bearing = shipped(name)
-    speed = np.linspace(0, 4e6, 21) / (bearing.pitch_diameter_m * 1e3) * RPM
+    speed = np.linspace(0, 4e6, speed_count) / (bearing.pitch_diameter_m * 1e3) * RPM
     for load_n_m2 in (2e6, 2e7, 8e7):  # N per square metre of ball diameter
         points = OperatingPoints.axial(load_n_m2 * bearing.ball_diameter_m**2, speed)
         equilibrium(bearing, points, oil)

@@ -57,7 +57,7 @@ def values(loads_n: list[float]) -> np.ndarray:
 
 
 def test_a_point_has_the_same_equilibria_alone_and_in_any_company():
-    values_in_company = values([*LOADS_N, *np.geomspace(3000.0, 20000.0, 16)])
+    values_in_company = values([*LOADS_N, *np.geomspace(3000.0, 20000.0, 4)])
     for point_index, load_n in enumerate(LOADS_N):
         values_alone = values([load_n])[0]
         np.testing.assert_allclose(values_in_company[point_index], values_alone, rtol=1e-9)
@@ -83,6 +83,7 @@ def test_a_motion_between_the_sides_of_a_jump_is_marked():
     assert np.abs(residuals).max() > 1e-9
 
 
+@pytest.mark.nightly
 def test_a_motion_is_exact_where_the_curve_of_its_bands_stalls():
     # the bands shrink along a curve that ends before they are gone
     problem = mainshaft_problem("4010", 23900, 40.0, [998.014446])

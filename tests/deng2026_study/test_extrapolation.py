@@ -46,16 +46,15 @@ def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
 
 
 def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) -> None:
-    fits = [demo.fit(oil, bootstrap=20, searches=2) for oil in demo.config.oils]
     oil = "4050"
-    results = demo.fit(oil, bootstrap=20, searches=2).replace(points=demo.curated.points)
-    config = demo.config
-    results = with_surface(results, oil, config)
+    fit = demo.fit(oil, bootstrap=20, searches=2)
+    results = with_surface(fit.replace(points=demo.curated.points), oil, demo.config)
+    truth = truth_grid(demo.config, printed())
     table = extrapolate(
-        truth_grid(demo.config, printed()),
-        pd.concat([fit.coefficients for fit in fits]),
-        pd.concat([fit.refits for fit in fits]),
-        pd.concat([fit.fit_quality for fit in fits]),
+        truth[truth["oil"] == oil],
+        fit.coefficients,
+        fit.refits,
+        fit.fit_quality,
         demo.config.same_set_point.relative,
         surface_by_oil={oil: read_surface(results, oil)},
     )

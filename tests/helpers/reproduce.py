@@ -7,6 +7,7 @@ number of cores, host name, user, network (none), locale, time zone, order of ha
 
 import base64
 import os
+import re
 import shutil
 import signal
 import subprocess
@@ -141,6 +142,14 @@ def fail(project: Path, *arguments: str, around: Surroundings = TWO_CORES) -> st
     code, output = run(project, *arguments, around=around)
     assert (code != 0, "Traceback" in output) == (True, False), output
     return output
+
+
+def announced_jobs(output: str) -> dict[str, int]:
+    """How many jobs of each rule a run announces."""
+    table = output.partition("Job stats")[2].partition("total")[0]
+    rows = re.findall(r"(?m)^ *(\w[\w ]*?) +(\d+) *$", table)
+    # the logger writes a blank for an underscore
+    return {rule.replace(" ", "_"): int(count) for rule, count in rows}
 
 
 def killed(

@@ -13,6 +13,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import needs_study
+from nights import quick_ones
 from notebooks import FOLDER, execute, texts
 from page_blocks import blocks
 from reference_pages import GENERATED
@@ -62,14 +63,21 @@ def test_source_files_that_a_page_names_without_a_folder_exist(page: Path) -> No
     assert {*named} - FILES - OF_READERS == set()
 
 
-@pytest.mark.parametrize("path", GENERATED)
+# The files behind the ways are traced on a campaign that runs to its report.
+WAYS = "docs/explanation/ways.md"
+
+
+@pytest.mark.parametrize("path", quick_ones(GENERATED, {*GENERATED} - {WAYS}))
 def test_generated_file_is_current(path: str) -> None:
     assert (ROOT / path).read_text("utf-8") == GENERATED[path](), "run `make schemas`"
 
 
 @needs_study
-@pytest.mark.parametrize("path", sorted(FOLDER.glob("*.ipynb")), ids=lambda path: path.stem)
-def test_notebook_prints_what_it_stores(path: Path) -> None:
+@pytest.mark.parametrize(
+    "name", quick_ones(sorted(path.stem for path in FOLDER.glob("*.ipynb")), ["first-curve"])
+)
+def test_notebook_prints_what_it_stores(name: str) -> None:
+    path = FOLDER / f"{name}.ipynb"
     stored = json.loads(path.read_text(encoding="utf-8"))
     assert texts(execute(path)) == texts(stored), "run `make notebooks`"
 

@@ -164,12 +164,12 @@ def test_changes_of_the_smallest_size_are_named_and_of_half_of_it_are_not():
 
 
 def test_a_campaign_of_many_runs_is_judged_as_well():
-    runs = 180
+    runs = 120
     time = np.random.default_rng(43).permutation(runs)
     conditions = random_conditions(runs, np.random.default_rng(44))
-    measured, curves = campaign(np.where(time >= 100, 1.02, 1.0), "jt", 45, conditions)
+    measured, curves = campaign(np.where(time >= 70, 1.02, 1.0), "jt", 45, conditions)
     change = largest_change(covariance_of(measured), time[curves])
     assert change.is_alarm
     assert (change.effect_name, change.kind) == ("gain", "step")
     assert change.size == pytest.approx(0.02, abs=0.005)
-    assert np.mean(change.pattern == (time[curves] >= 100)) > 0.95
+    assert np.mean(change.pattern == (time[curves] >= 70)) > 0.95

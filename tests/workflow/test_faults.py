@@ -134,6 +134,7 @@ def no_job_is_left(project: Path) -> bool:
     return True
 
 
+@pytest.mark.nightly
 def test_second_run_is_refused_unless_killed(released_project: Path, tmp_path: Path) -> None:
     new = tmp_path / "new"
     shutil.copytree(released_project, new, symlinks=True)

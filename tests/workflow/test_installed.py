@@ -75,6 +75,7 @@ onstart: oilfilm.onstart()
 """
 
 
+@pytest.mark.nightly
 def test_workflow_of_a_host(installed: Path, released_project: Path, tmp_path: Path) -> None:
     """`config` is a section of the host's; all results are below a prefix.
 
