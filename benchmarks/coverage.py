@@ -243,7 +243,7 @@ def main(replicates: int = 3, plans: tuple[int, ...] = PLANS, path: Path | None 
 
 
 if __name__ == "__main__":
-    numbers = [int(argument) for argument in sys.argv[1:] if argument.isdigit()]
+    numbers = [int(argument) for argument in sys.argv[1:] if argument.isdecimal()]
     with threadpool_limits(limits=1, user_api="blas"):
         match sys.argv[1:2]:
             case ["few"]:

@@ -277,7 +277,7 @@ def bearing_torque(
         for value, name in zip(values, _UNIT_AND_BOUNDS_BY_QUANTITY, strict=True)
     ]
     try:
-        load_n, speed_rpm, temperature_c = np.broadcast_arrays(*arrays)
+        axial_load_n, inner_speed_rpm, inlet_temperature_c = np.broadcast_arrays(*arrays)
     except ValueError:
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(
@@ -293,7 +293,9 @@ def bearing_torque(
     oils_in_bearing = oils_of_results(source.tables, source.settings)
     _refuse_unknown_oil(oil, oils_in_bearing, source.name)
     geometry = bearing_file.bearing(bearing)
-    points = operating_point_table(geometry, load_n, speed_rpm, temperature_c).drop_duplicates()
+    points = operating_point_table(
+        geometry, axial_load_n, inner_speed_rpm, inlet_temperature_c
+    ).drop_duplicates()
     about = f"law {oils_in_bearing[0].laws['stress'].fitted.law.name} {source.origin}"
     stand_in_names = [
         oil_in_bearing.name

@@ -11,4 +11,5 @@ def natural_key(name: str) -> tuple[tuple[int, int, str], ...]:
         ['run1', 'run9', 'run10']
     """
     parts = re.split(r"(\d+)", name)
-    return tuple((1, int(part), "") if part.isdigit() else (0, 0, part) for part in parts)
+    # "²" is a digit to `isdigit`, but no number to `int` and no `\d`
+    return tuple((1, int(part), "") if part.isdecimal() else (0, 0, part) for part in parts)

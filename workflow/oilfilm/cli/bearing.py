@@ -12,18 +12,20 @@ from oilfilm.cli.arguments import campaign_folder, json_line, quantity
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
     results_folder, _ = campaign_folder(options.results)
-    loads_n = [quantity(text, "N", "--load") for text in options.load]
-    speeds_rpm = [quantity(text, "rpm", "--speed") for text in options.speed]
-    temperatures_c = [quantity(text, "degC", "--temperature") for text in options.temperature]
-    # all combinations, one operating point per number
-    meshes = np.meshgrid(loads_n, speeds_rpm, temperatures_c, indexing="ij")
-    load_n, speed_rpm, temperature_c = (mesh.ravel() for mesh in meshes)
+    values_by_argument = (
+        [quantity(text, "N", "--load") for text in options.load],
+        [quantity(text, "rpm", "--speed") for text in options.speed],
+        [quantity(text, "degC", "--temperature") for text in options.temperature],
+    )
+    # Each combination is one operating point. The three arrays have one number per point.
+    meshes = np.meshgrid(*values_by_argument, indexing="ij")
+    axial_load_n, inner_speed_rpm, inlet_temperature_c = (mesh.ravel() for mesh in meshes)
     answer = bearing_torque(
         options.bearing,
-        load_n,
-        speed_rpm,
-        temperature_c,
-        oil=options.oil or "",
+        axial_load_n,
+        inner_speed_rpm,
+        inlet_temperature_c,
+        oil=options.oil or "",  # "" for all oils of the campaign
         results=results_folder,
         config=config_folder(options.config),
     )

@@ -126,23 +126,28 @@ def duty_points(settings: Settings, bearing: Bearing) -> FloatArray:
 
 
 def operating_point_table(
-    bearing: Bearing, load_n: FloatArray, speed_rpm: FloatArray, temperature_c: FloatArray
+    bearing: Bearing,
+    axial_load_n: FloatArray,
+    inner_speed_rpm: FloatArray,
+    inlet_temperature_c: FloatArray,
 ) -> pd.DataFrame:
     """Operating points as `answers` takes them, one row per point; the arguments broadcast.
 
     Args:
         bearing: The bearing.
-        load_n: Axial load.
-        speed_rpm: Speed of the inner ring.
-        temperature_c: Temperature of the oil at the inlet.
+        axial_load_n: Axial load.
+        inner_speed_rpm: Speed of the inner ring.
+        inlet_temperature_c: Temperature of the oil at the inlet.
     """
-    load, speed, temperature = np.broadcast_arrays(load_n, speed_rpm, temperature_c)
+    load_n, speed_rpm, temperature_c = np.broadcast_arrays(
+        axial_load_n, inner_speed_rpm, inlet_temperature_c
+    )
     return pd.DataFrame(
         {
-            "axial_load_n": load.ravel(),
-            "inner_speed_rpm": speed.ravel(),
-            "pitch_speed_mm_rpm": speed.ravel() * bearing.pitch_diameter_m * MM_PER_M,
-            "inlet_temperature_c": temperature.ravel(),
+            "axial_load_n": load_n.ravel(),
+            "inner_speed_rpm": speed_rpm.ravel(),
+            "pitch_speed_mm_rpm": speed_rpm.ravel() * bearing.pitch_diameter_m * MM_PER_M,
+            "inlet_temperature_c": temperature_c.ravel(),
         }
     )
 
