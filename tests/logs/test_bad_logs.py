@@ -68,10 +68,10 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
     for slip, disagrees in ((0.02, False), (0.04, True)):
         log = csv({**values, "slide_roll_ratio": 100 * slip * turning}, units)
         (run,) = read_log(log, "log", CONFIG)[1].runs
-        assert (run.flaw is not None) == disagrees
-        if run.flaw is not None:
-            assert run.flaw.rule == "columns_disagree"
-            assert run.flaw.reason.startswith("slide_roll_ratio")
+        assert (run.refusal is not None) == disagrees
+        if run.refusal is not None:
+            assert run.refusal.rule == "columns_disagree"
+            assert run.refusal.reason.startswith("slide_roll_ratio")
 
 
 @pytest.mark.parametrize(

@@ -59,7 +59,7 @@ def test_written_values_come_back_in_si(config: Settings, example: SoundLog, nam
     reader, reading = read_log(write(example, name, 200), "log", config, example.kind.kind_of_logs)
     assert (reader, reading.row_count, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
-    assert (run.run_id, run.oil_name, run.flaw) == ("log", "4102", None)
+    assert (run.run_id, run.oil_name, run.refusal) == ("log", "4102", None)
     assert run.samples["row"].tolist() == list(range(1, 201))
     for column, expected in in_si_units(example).items():
         # subtracting 273.15 K rounds to 3e-14
@@ -78,7 +78,7 @@ def test_settled_readings_of_a_rig_that_reverses_slip_are_read(config: Settings,
     units = {**example.units, **dict.fromkeys(both_ways, "kN"), "traction_force": "kN"}
     log = WRITERS[name](values, units, {**KEYS, "log_kind": "steps"})
     (run,) = read(log, config, example).runs
-    assert (run.log_kind, run.flaw) == ("steps", None)
+    assert (run.log_kind, run.refusal) == ("steps", None)
     for column, given in both_ways.items():
         np.testing.assert_allclose(run.samples[f"{column}_n"], 1000 * given)
     values["traction_force_2"][4] = np.nan

@@ -82,14 +82,14 @@ def test_file_cut_in_mid_row_is_flawed_and_keeps_its_good_rows(read) -> None:
     cut = content[: content.rindex(b"\t") - 60]
     reading = read(cut)
     assert [refusal.rule for refusal in reading.refusals] == ["cut_row"]
-    assert reading.runs[0].flaw.rule == "truncated"
+    assert reading.runs[0].refusal.rule == "truncated"
     assert reading.row_count == len(reading.runs[0]) + 1
 
 
 def test_file_cut_at_a_line_end_is_noticed_by_the_announced_samples(read) -> None:
     content = formats.lvm(VALUES)
     (run,) = read(b"".join(content.splitlines(keepends=True)[:-3])).runs
-    assert run.flaw == Refusal("truncated", "the segment announces 40 samples and holds 37")
+    assert run.refusal == Refusal("truncated", "the segment announces 40 samples and holds 37")
 
 
 @pytest.mark.parametrize(

@@ -75,10 +75,10 @@ def test_incomplete_final_segment_is_reported_and_rows_before_it_kept(read, shar
     content = formats.tdms(values, segments=10)
     reading = read(content[: int(share * len(content))])
     (run,) = reading.runs
-    assert "within segment" in run.flaw.reason
+    assert "within segment" in run.refusal.reason
     kept = len(run)
     # complete segments of 60 rows, and of the last one what its last channel still got
-    complete = (int(run.flaw.reason.split("segment ")[1].split(",")[0]) - 2) * 60
+    complete = (int(run.refusal.reason.split("segment ")[1].split(",")[0]) - 2) * 60
     assert 0 < complete <= kept < complete + 60
     assert run.samples["time_s"].tolist() == values["time"][:kept].tolist()
     np.testing.assert_allclose(run.samples["load_n"] / 9.80665, values["load"][:kept], rtol=1e-12)
@@ -92,7 +92,7 @@ def test_cut_within_a_lead_in_is_noticed_although_no_row_is_lost(read) -> None:
     killed = content[:length] + b"\xff" * 8 + content[length + 8 :]
     for cut in (content + b"TDSm", content + b"TD", content + b"TDSm" + bytes(20), killed):
         (run,) = read(cut).runs
-        assert run.flaw.rule == "truncated"
+        assert run.refusal.rule == "truncated"
         assert len(run) == 600
 
 

@@ -365,9 +365,9 @@ def test_settled_readings_that_are_not_called_so_are_named(
     for row, slip in enumerate(slips):
         lines.append(f"{interval_s * row:g},40,{0.04 + slip / 1e4:.4f},8,{slip:g},65")
     (run,) = read("\n".join(lines) + "\n").runs
-    assert (run.flaw is not None and run.flaw.rule == "settled_readings") == is_named
+    assert (run.refusal is not None and run.refusal.rule == "settled_readings") == is_named
     (steps,) = read("\n".join(["# log_kind: steps", *lines]) + "\n").runs
-    assert steps.flaw is None
+    assert steps.refusal is None
 
 
 def test_names_in_a_comment_are_shown_where_they_are_not_known() -> None:

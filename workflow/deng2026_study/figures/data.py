@@ -29,7 +29,7 @@ from oilfilm.settings.base import present
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import with_levels
+from oilfilm.tables.set_points import with_matched_set_points
 from oilfilm.traction.law import CONDITIONS
 from simulated_lab.printed import PrintedCoefficients
 
@@ -51,7 +51,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     Left: by maximum Hertz pressure; right: by entrainment speed. Symbols: plateau means with
     the 95 % interval of their random error. Lines: fitted law.
     """
-    runs = with_levels(results.runs, settings)
+    runs = with_matched_set_points(results.runs, settings)
     shown_conditions = study_settings(settings).figures.fig02
     oil = shown_conditions.oil
     temperatures = shown_conditions.inlet_temperature_c
@@ -93,7 +93,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient against slide-roll ratio, one panel per maximum Hertz pressure.
     Symbols: plateau means with the 95 % interval of their random error. Lines: fitted law.
     """
-    runs = with_levels(results.runs, settings)
+    runs = with_matched_set_points(results.runs, settings)
     shown_conditions = study_settings(settings).figures.fig03
     oils = list(settings.oils)
     levels_of_sheet = {
@@ -274,7 +274,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     the paper is lost; the last column quotes its text.
     """
     matrix = settings.campaign.matrix
-    runs = with_levels(results.runs, settings)
+    runs = with_matched_set_points(results.runs, settings)
     source_of_logs = "set points of the logs"
     source = "campaign file, matrix" if matrix is not None else source_of_logs
     accepted = results.points[results.points["accepted"]]

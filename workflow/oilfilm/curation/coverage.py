@@ -17,7 +17,7 @@ from oilfilm.tables.set_points import (
     CONDITION_COLUMNS,
     NOMINAL_COLUMNS,
     planned_conditions,
-    with_levels,
+    with_matched_set_points,
 )
 
 _PLATEAU_GATE_NAMES = {gate.name for gate in PLATEAU_GATES}
@@ -37,7 +37,7 @@ def coverage(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """
     rig_names = settings.campaign.rigs
     planned = planned_conditions(settings).assign(planned=True)
-    tested_conditions = _counts_by_condition(with_levels(runs, settings))
+    tested_conditions = _counts_by_condition(with_matched_set_points(runs, settings))
     conditions = tested_conditions.merge(planned, on=CONDITION_COLUMNS, how="outer")
     values_if_untested: dict[str, Any] = dict.fromkeys(_COUNT_COLUMNS, 0)
     values_if_untested["rig"] = rig_names[0] if len(rig_names) == 1 else ""
@@ -56,7 +56,7 @@ def runs_of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """The runs at conditions of the campaign's matrix; all of them where it has none."""
     if settings.campaign.matrix is None:
         return runs
-    conditions = with_levels(runs, settings)[CONDITION_COLUMNS]
+    conditions = with_matched_set_points(runs, settings)[CONDITION_COLUMNS]
     planned = planned_conditions(settings)
     merged = conditions.merge(planned, on=CONDITION_COLUMNS, how="left", indicator="found_in")
     return runs[(merged["found_in"] == "both").to_numpy()]

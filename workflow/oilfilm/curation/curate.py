@@ -4,9 +4,10 @@ samples -> signals -> zero -> plateaus -> derived quantities -> gates -> verdict
 everything in which the rigs differ.
 
 Runs that repeat each other are copies, conditions run twice, or wrong labels. A rule compares the
-accepted runs of a campaign with each other. If several of them can be right, the first by name is
-kept. If two contradict each other, both are refused. Of more, those that most others contradict are
-refused. Then the shape of each curve is judged beside the others (`curve_shapes`).
+accepted runs of a campaign with each other. If several runs of a condition can be right, the first
+by name is kept. Two runs that contradict each other are both refused. Of three or more, a run is
+refused if most of the others contradict it. Then the shape of each curve is judged beside the
+others (`curve_shapes`).
 
 Decides: when a run repeats an earlier one, and which of them is kept; warnings about a run beside
 the others of its rig.
@@ -26,22 +27,22 @@ from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
-from oilfilm.curation.gate import fault
-from oilfilm.curation.hypotheses import DOUBTFUL, Hypothesis
+from oilfilm.curation.gate import refusal_by, sentence_named
+from oilfilm.curation.hypotheses import RULES_WITH_HIDDEN_CAUSE, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.plateau_gates import (
     controlled_speeds,
     held_speed,
     judge_plateaus,
     quarantine_rows,
-    runs_not_usable,
+    refusals_of_unusable_runs,
 )
 from oilfilm.curation.rig_kind import TRACTION_KIND, RigKind, Run
 from oilfilm.curation.rig_spin import spin_warnings
-from oilfilm.curation.run_gates import first_fault, warnings_about
+from oilfilm.curation.run_gates import first_refusal, warnings_about
 from oilfilm.curation.statistics import Stretches
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import Columns, Refusal
+from oilfilm.logs.base import SETTLED, Columns, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
@@ -49,24 +50,25 @@ from oilfilm.settings.config import CopySettings, GateSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 
 # ---------------------------------------------------------------- repeats
 
 # Last plateaus by whose load, speed and temperature copies are looked up among all runs.
 _LAST_PLATEAUS_LOOKED_UP = 3
-# Campaigns without copies in which a run is taken for one: at most this share of them.
+# Probability that a run is taken for a copy in a campaign that has none.
 _CHANCE_OF_A_FALSE_COPY = 1e-3
-# Column of plateaus and its key of a rig's `full_scale`.
+# Column of the points -> key of `full_scale` in the rig's file.
 _FULL_SCALE_KEY_OF_COLUMN = {
     "load_n": "load_n",
     "traction_force_n": "traction_force_n",
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
-# Columns of points of which copies have the same noise at the same conditions.
+# Columns of the points in which a copy repeats the noise of its original.
 _MEAN_COLUMNS = ["slide_roll_ratio", "traction_coefficient"]
 _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
+# Columns in which a copy has the same conditions.
 _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
@@ -81,7 +83,7 @@ def refusals_of_repeats(
         campaign_tables: The table `points`, of which each rule reads the columns that it compares.
         runs: Table of runs.
         rig_kind: The kind of rig.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
     """
     remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
     refusal_of_run: dict[str, Refusal] = {}
@@ -103,36 +105,40 @@ def _refusals_of_same_readings(
     pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_kind, settings))
     for first_run, later_run in pairs:
         if first_run.oil == later_run.oil:
-            yield fault("duplicate_log", run_id=later_run.run_id, kept=first_run.run_id)
+            yield refusal_by("duplicate_log", run_id=later_run.run_id, kept=first_run.run_id)
     for pair in pairs:
         for refused_run, other_run in (pair, pair[::-1]):
             if refused_run.oil != other_run.oil:
-                yield fault("conflicting_labels", run_id=refused_run.run_id, other=other_run)
+                fields = dict(other_id=other_run.run_id, other_oil=other_run.oil)
+                yield refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
 
 
 def _refusals_of_same_conditions(
     campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[Refusal]:
-    """Runs of one condition: curves that contradict each other, and all but one of the others.
+    """Refusals of runs that contradict others of their condition, and of all others but the first.
 
-    Two runs contradict each other beyond `repeat_difference_max`. Of three or more, one that is off
-    by less is odd where the others agree far better with each other than with it.
+    Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
+    more runs, one may be odd at a smaller difference. It is odd if the others agree far better with
+    each other than with it.
     """
     gates = settings.gates
-    allowed_difference, odd_from = gates.repeat_difference_max, gates.repeat_odd_min
+    allowed_difference = gates.repeat_difference_max
     for run_ids, differences in _differences_by_condition(campaign_tables, runs, settings):
         kept_index: list[int] = []
-        largest_among_others = _largest_difference_of_others(differences)
+        largest_differences_of_others = _largest_difference_of_others(differences)
         for run_index, run_id in enumerate(run_ids):
             other_index = np.delete(np.arange(len(run_ids)), run_index)
             differences_to_others = differences[run_index, other_index]
-            difference_of_others = largest_among_others[run_index]
-            largest_difference = allowed_difference
+            largest_difference_of_others = largest_differences_of_others[run_index]
+            odd_limit = allowed_difference
             if len(other_index) > 1:
-                largest_difference = max(odd_from, gates.repeat_odd_factor * difference_of_others)
+                odd_limit = max(
+                    gates.repeat_odd_min, gates.repeat_odd_factor * largest_difference_of_others
+                )
             contradicting_index = other_index[differences_to_others > allowed_difference]
             if len(contradicting_index) <= len(other_index) / 2:
-                contradicting_index = other_index[differences_to_others > largest_difference]
+                contradicting_index = other_index[differences_to_others > odd_limit]
                 if len(contradicting_index) < len(other_index):
                     kept_index.append(run_index)
                     continue
@@ -143,20 +149,20 @@ def _refusals_of_same_conditions(
             )
             agree = ""
             if len(other_index) > 1:
-                agree = f"; the others agree within {difference_of_others:.1%}"
+                agree = f"; the others agree within {largest_difference_of_others:.1%}"
             fields = dict(
-                other=run_ids[contradicting_index[0]],
+                other_id=run_ids[contradicting_index[0]],
                 apart=differences[run_index, contradicting_index[0]],
                 more=more,
                 agree=agree,
-                allowed=min(largest_difference, allowed_difference),
+                allowed=min(odd_limit, allowed_difference),
             )
-            yield fault("conflicting_condition", run_id=run_id, **fields)
+            yield refusal_by("conflicting_condition", run_id=run_id, **fields)
         for later_index in kept_index[1:]:
             fields = dict(
                 kept=run_ids[kept_index[0]], apart=differences[kept_index[0], later_index]
             )
-            yield fault("duplicate_condition", run_id=run_ids[later_index], **fields)
+            yield refusal_by("duplicate_condition", run_id=run_ids[later_index], **fields)
 
 
 def _largest_difference_of_others(differences: FloatArray) -> FloatArray:
@@ -185,14 +191,14 @@ def _differences_by_condition(
     is rounded by 0.5 % is a load that is off by 1.5 %.
     """
     pressure_column, load_column = NOMINAL_COLUMNS[:2]
-    runs_with_levels = with_levels(runs, settings)
-    runs_with_levels = runs_with_levels[
-        runs_with_levels[[pressure_column, load_column]].notna().any(axis=1)
+    runs_with_set_points = with_matched_set_points(runs, settings)
+    runs_with_set_points = runs_with_set_points[
+        runs_with_set_points[[pressure_column, load_column]].notna().any(axis=1)
     ]
     # one of the two is unknown, and unknown values would not be compared
-    runs_with_levels = runs_with_levels.fillna({pressure_column: -1, load_column: -1})
+    runs_with_set_points = runs_with_set_points.fillna({pressure_column: -1, load_column: -1})
     runs_by_condition = list(
-        _runs_with_same_values(runs_with_levels, ["oil", "rig", *NOMINAL_COLUMNS])
+        _runs_with_same_values(runs_with_set_points, ["oil", "rig", *NOMINAL_COLUMNS])
     )
     if not runs_by_condition:
         return
@@ -229,7 +235,8 @@ def _pairs_with_same_readings(
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs: from files of the same content, or with plateaus of the same noise."""
     run_of_id: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
-    # a file may hold several runs
+    # a file may hold several runs. "in " keeps the name of the only run of a file from being empty:
+    # `_runs_with_same_values` leaves out runs with an empty value
     names_in_files = [f"in {run_id.removeprefix(run.file)}" for run_id, run in run_of_id.items()]
     runs_with_names = runs.assign(name_in_file=names_in_files)
     for first_run, *other_runs in _runs_with_same_values(
@@ -237,16 +244,16 @@ def _pairs_with_same_readings(
     ):
         yield from ((first_run, later_run) for later_run in other_runs)
     if rig_kind.name == TRACTION_KIND:
-        copies = settings.gates.copies
+        copy_settings = settings.gates.copies
         run_ids = pd.Index(runs["run_id"])
         columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
         last_points = []
         for points in campaign_tables.parts("points", columns):
             has_errors = (points[_ERROR_COLUMNS] > 0).all(axis=1)
             compared_points = points[_is_point_of_runs(points, run_ids) & has_errors]
-            last_points.append(compared_points.groupby("run_id").tail(copies.plateaus + 1))
+            last_points.append(compared_points.groupby("run_id").tail(copy_settings.plateaus + 1))
         points_of_all = pd.concat(last_points, ignore_index=True)
-        for first_id, later_id in _pairs_with_same_noise(points_of_all, copies):
+        for first_id, later_id in _pairs_with_same_noise(points_of_all, copy_settings):
             yield run_of_id[first_id], run_of_id[later_id]
 
 
@@ -258,7 +265,9 @@ def _is_point_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
     return np.asarray(run_ids.get_indexer(pd.Index(points["run_id"])) >= 0)
 
 
-def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterator[tuple[str, str]]:
+def _pairs_with_same_noise(
+    points: pd.DataFrame, copy_settings: CopySettings
+) -> Iterator[tuple[str, str]]:
     """Ids of pairs of runs whose plateaus differ by far less than their own standard errors.
 
     Two tests of the same condition differ by about their errors. The same readings do not, even if
@@ -267,8 +276,8 @@ def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterat
     """
     points_by_run = points.groupby("run_id")
     point_counts = points_by_run.size()
-    run_ids = point_counts.index[point_counts > copies.plateaus]
-    last_points = points_by_run.tail(copies.plateaus + 1)
+    run_ids = point_counts.index[point_counts > copy_settings.plateaus]
+    last_points = points_by_run.tail(copy_settings.plateaus + 1)
     last_points = last_points.drop(points_by_run.tail(1).index)
     last_points = last_points[last_points["run_id"].isin(run_ids)]
     if len(run_ids) < 2:
@@ -276,22 +285,27 @@ def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterat
 
     def last_values(columns: list[str]) -> FloatArray:
         """Values of the last plateaus of each run, shape (runs, plateaus, columns)."""
-        return last_points[columns].to_numpy(float).reshape(len(run_ids), copies.plateaus, -1)
+        return (
+            last_points[columns].to_numpy(float).reshape(len(run_ids), copy_settings.plateaus, -1)
+        )
 
     means = last_values(_MEAN_COLUMNS)
     se = last_values(_ERROR_COLUMNS)
     conditions = last_values(_CONDITION_COLUMNS)
     conditions = np.nan_to_num(conditions[:, -_LAST_PLATEAUS_LOOKED_UP:].reshape(len(run_ids), -1))
     # two conditions are near where they differ by less than 1 once they are scaled
-    condition_tolerance = copies.condition * np.abs(conditions).max(axis=0)
+    condition_tolerance = copy_settings.condition * np.abs(conditions).max(axis=0)
     scaled_conditions = conditions / np.where(condition_tolerance > 0, condition_tolerance, 1.0)
     tree = scipy.spatial.cKDTree(scaled_conditions)
     pair_count = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(run_ids)) // 2
-    largest_rms = np.array([copies.slip_errors, _allowed_traction_errors(copies, pair_count)])
-    # steps of mu between neighbouring plateaus do not depend on the zero: pairs with similar steps
-    # may be copies. The tolerance of one step is the largest sum of squares of all plateaus
+    rms_limits = np.array(
+        [copy_settings.slip_errors, _allowed_traction_errors(copy_settings, pair_count)]
+    )
+    # Steps of mu between neighbouring plateaus do not depend on the zero: pairs with similar steps
+    # may be copies. A step may differ by no more than this: the whole sum of squares that a copy
+    # may have, as if it were in one step. This only preselects pairs.
     mu_steps = np.diff(means[..., 1], axis=1)
-    mu_step_tolerance = 2 * largest_rms[1] * np.sqrt(copies.plateaus) * se[..., 1].max()
+    mu_step_tolerance = 2 * rms_limits[1] * np.sqrt(copy_settings.plateaus) * se[..., 1].max()
     coordinates = np.concatenate([scaled_conditions, mu_steps / mu_step_tolerance], axis=1)
     tree = scipy.spatial.cKDTree(coordinates)
     for run_index, other_index in sorted(tree.query_pairs(1.0, p=np.inf)):
@@ -300,11 +314,11 @@ def _pairs_with_same_noise(points: pd.DataFrame, copies: CopySettings) -> Iterat
         difference -= np.median(difference, axis=0)
         difference_in_errors = difference / np.hypot(se[run_index], se[other_index])
         rms = np.sqrt(np.mean(difference_in_errors**2, axis=0))
-        if (rms < largest_rms).all():
+        if (rms < rms_limits).all():
             yield run_ids[run_index], run_ids[other_index]
 
 
-def _allowed_traction_errors(copies: CopySettings, pair_count: int) -> float:
+def _allowed_traction_errors(copy_settings: CopySettings, pair_count: int) -> float:
     """Largest rms difference of mu over its standard errors at which a pair is a copy.
 
     The more pairs are compared, the smaller are the differences that occur by chance. A difference
@@ -312,8 +326,10 @@ def _allowed_traction_errors(copies: CopySettings, pair_count: int) -> float:
     differences, less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
     """
     chance_per_pair = _CHANCE_OF_A_FALSE_COPY / max(pair_count, 1)
-    sum_of_squares = scipy.stats.chi2.ppf(chance_per_pair, copies.plateaus - 1)
-    return min(copies.traction_errors, float(np.sqrt(sum_of_squares / copies.plateaus)))
+    sum_of_squares = scipy.stats.chi2.ppf(chance_per_pair, copy_settings.plateaus - 1)
+    return min(
+        copy_settings.traction_errors, float(np.sqrt(sum_of_squares / copy_settings.plateaus))
+    )
 
 
 class _Curve(NamedTuple):
@@ -395,7 +411,7 @@ def with_campaign_warnings(
         runs: Table of runs.
         campaign_tables: The table `points`, of which each rule reads the columns that it compares.
         rig_kind: The kind of rig.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
         shape_warnings: Warnings about the shapes of curves: id of the run and a sentence.
     """
     if rig_kind.name != TRACTION_KIND:
@@ -405,7 +421,7 @@ def with_campaign_warnings(
         run_id: list(own_sentences) for run_id, own_sentences in accepted_runs["warning"].items()
     }
 
-    def accepted_points(*columns: str) -> Iterator[pd.DataFrame]:
+    def points_of_accepted_runs(*columns: str) -> Iterator[pd.DataFrame]:
         """Some columns of the points of accepted runs, some rows at a time."""
         for points in campaign_tables.parts("points", ["run_id", *columns]):
             yield points[_is_point_of_runs(points, accepted_runs.index)]
@@ -413,15 +429,21 @@ def with_campaign_warnings(
     for run_id, sentence in chain(
         shape_warnings,
         _channel_warnings(
-            accepted_points("load_n", "inlet_temperature_c"), accepted_runs, settings.gates
+            points_of_accepted_runs("load_n", "inlet_temperature_c"), accepted_runs, settings.gates
         ),
-        _rig_warnings(accepted_points(*_FULL_SCALE_KEY_OF_COLUMN), accepted_runs["rig"], settings),
+        _rig_warnings(
+            points_of_accepted_runs(*_FULL_SCALE_KEY_OF_COLUMN), accepted_runs["rig"], settings
+        ),
         spin_warnings(
-            accepted_points("accepted", *_MEAN_COLUMNS, "load_n"), accepted_runs["rig"], settings
+            points_of_accepted_runs("accepted", *_MEAN_COLUMNS, "load_n"),
+            accepted_runs["rig"],
+            settings,
         ),
         _oil_warnings(accepted_runs["oil"], settings),
         _speed_warnings(
-            lambda: accepted_points("accepted", "entrainment_speed_m_s", "slide_roll_ratio"),
+            lambda: points_of_accepted_runs(
+                "accepted", "entrainment_speed_m_s", "slide_roll_ratio"
+            ),
             accepted_runs,
             settings.gates,
         ),
@@ -465,7 +487,7 @@ def _rig_warnings(
                 exceeds(largest_readings_of_column, full_scale)
             ].items():
                 fields = dict(column=column, of=largest_reading, full=full_scale, key=key)
-                yield str(run_id), f"{fault('full_scale', **fields).reason}; {advice}"
+                yield str(run_id), f"{sentence_named('full_scale', **fields)}; {advice}"
 
 
 def _oil_warnings(oil_name_of_run: "pd.Series[str]", settings: Settings) -> Iterator[RunWarning]:
@@ -504,17 +526,17 @@ def _speed_warnings(
         return
     points_off = pd.concat([part[part["run_id"].isin(ids_of_runs_off)] for part in read_points()])
     for run_id, points_of_run in points_off[points_off["accepted"]].groupby("run_id"):
-        mean_speed_m_s = points_of_run["entrainment_speed_m_s"]
+        entrainment_speed_m_s = points_of_run["entrainment_speed_m_s"]
         held_speed_m_s = held_speed(points_of_run)
         speed_by_name = controlled_speeds(points_of_run).items()
         speed_name = next(name for name, speed in speed_by_name if speed.equals(held_speed_m_s))
         fields = dict(
             control=speed_name,
             set=set_speed_of_run[run_id],
-            least=mean_speed_m_s.min(),
-            most=mean_speed_m_s.max(),
+            least=entrainment_speed_m_s.min(),
+            most=entrainment_speed_m_s.max(),
         )
-        yield str(run_id), fault("body_at_set_speed", **fields).reason
+        yield str(run_id), sentence_named("body_at_set_speed", **fields)
 
 
 def _channel_warnings(
@@ -557,7 +579,7 @@ def _channel_warnings(
             fields = dict(name=channel_name, others=moving_count, runs=run_count)
             for run_id in is_constant_of_rig.index[is_constant_of_rig]:
                 value = ranges["min"].loc[run_id]
-                yield str(run_id), fault("constant_channel", value=value, **fields).reason
+                yield str(run_id), sentence_named("constant_channel", value=value, **fields)
 
 
 # ---------------------------------------------------------------- the engine
@@ -582,7 +604,7 @@ def check_logs(
 
     Args:
         logs: Name and bytes of each log.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
         rig_kind: The kind of rig.
         sheet: The run sheet.
 
@@ -622,7 +644,7 @@ def curate_share(
 
     Args:
         logs: The logs.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
         sheet: The run sheet.
         sample_file_of_oil: File of each oil's samples.
         provenance: As for `tables.writing`.
@@ -678,7 +700,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
     measured = _measure_runs(samples_of_run, runs, rig)
     judged = _judge(measured)
     explained_refusals: dict[str, Refusal] = {}
-    for run_row in tables.rows(judged.runs[judged.runs["rule"].isin(DOUBTFUL)]):
+    for run_row in tables.rows(judged.runs[judged.runs["rule"].isin(RULES_WITH_HIDDEN_CAUSE)]):
         run_id = run_row["run_id"]
         if run_id in samples_of_run:
             explained_refusal = _explained_refusal(samples_of_run[run_id], run_row, rig)
@@ -753,11 +775,11 @@ def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig: RigKind) ->
         rig: The rig.
     """
     signals = rig.signals(samples, run_row["rig"], rig.settings)
-    return measure(signals, rig, run_row["rig"], is_settled=run_row["log_kind"] == "steps")
+    return measure(signals, rig, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED)
 
 
 def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Refusal | None:
-    """The refusal of a run by ingest or by a gate of runs; None where it passes.
+    """The refusal of a run while its log was read, or by a gate of runs. None without one.
 
     Args:
         run_row: Its row of the table of runs as ingested.
@@ -765,10 +787,10 @@ def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Ref
     """
     run_id = run_row["run_id"]
     if run_row["rule"]:
-        return Refusal(run_row["rule"], run_row["reason"], "", run_id)
+        return Refusal(run_row["rule"], run_row["reason"], advice="", run_id=run_id)
     if run is None:
-        return fault("no_rows", run_id=run_id)
-    refusal = first_fault(run)
+        return refusal_by("no_rows", run_id=run_id)
+    refusal = first_refusal(run)
     return None if refusal is None else replace(refusal, run_id=run_id)
 
 
@@ -785,7 +807,7 @@ def _explained_refusal(
     Returns:
         A refusal that names the mistake; None where no mistake explains the refusal.
     """
-    if run_row["log_kind"] == "steps":
+    if run_row["log_kind"] == SETTLED:
         # the rig's program has settled and converted these readings
         return None
     hypotheses = [
@@ -796,8 +818,9 @@ def _explained_refusal(
     mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changed_settings]
     passing = _passing(mistakes_of_log, samples, run_row, rig)
     for hypothesis in hypotheses:
-        # the plausibility of settings does not need the levels, and to try them takes time
-        if hypothesis.changed_settings and hypothesis.plausible(samples, 0):
+        # whether settings are plausible does not depend on the number of levels. To count them
+        # takes time, because they must be found with the changed settings
+        if hypothesis.changed_settings and hypothesis.is_plausible(samples, level_count=0):
             changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changed_settings))
             passing += _passing([hypothesis], samples, run_row, changed_rig)
     if not passing:
@@ -810,7 +833,7 @@ def _explained_refusal(
         if candidate.hypothesis.rule == best_hypothesis.rule
     ]
     reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run_row['reason']}"
-    return Refusal(best_hypothesis.rule, reason, "", run_row["run_id"])
+    return Refusal(best_hypothesis.rule, reason, advice="", run_id=run_row["run_id"])
 
 
 @dataclass(frozen=True)
@@ -866,17 +889,17 @@ def _passing(
     do_most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
     for judged_row in tables.rows(judged_runs[do_most_pass]):
         hypothesis = hypothesis_of_sentence[judged_row["run_id"]]
-        if hypothesis.plausible(samples, judged_row["plateaus"]):
+        if hypothesis.is_plausible(samples, level_count=judged_row["plateaus"]):
             passing.append(_Passing(judged_row["accepted_points"], hypothesis))
     return passing
 
 
 def collect(curated: Curated, settings: Settings, rig_kind: type[RigKind] = TractionRig) -> Curated:
-    """Judge all shares of a campaign by the rules that compare runs with each other.
+    """The tables of a campaign, with the verdicts of the rules that compare runs with each other.
 
     Args:
         curated: Tables of all shares, as `curate_parts` gives them.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
         rig_kind: The kind of rig.
     """
     campaign_tables = CampaignTables.in_memory(
@@ -915,14 +938,15 @@ class ComparedRuns:
 def compare_runs(
     campaign_tables: CampaignTables, settings: Settings, rig_kind: type[RigKind] = TractionRig
 ) -> ComparedRuns:
-    """Judge the runs of a campaign by the rules that compare them with each other.
+    """Compare the runs of a campaign with each other, without a change to the table of points.
 
-    A rule reads only the columns of points that it needs, and the shapes of one oil at a time: the
-    table of points of a large campaign does not fit into memory.
+    `ComparedRuns.judged` changes the points. A rule reads only the columns of points that it needs,
+    and the shapes of one oil at a time: the table of points of a large campaign does not fit into
+    memory.
 
     Args:
         campaign_tables: Tables `points`, `runs` and `quarantine` of all shares.
-        settings: Settings of the run.
+        settings: Settings of the campaign.
         rig_kind: The kind of rig.
     """
     runs, quarantine = campaign_tables.runs, campaign_tables.quarantine
@@ -1014,15 +1038,15 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     failed_by_gate = judge_plateaus(points, rig)
     is_unrefused = ~points["run_id"].isin(list(refusal_of_run))
     refusals_by_plateaus = list(
-        runs_not_usable(points[is_unrefused], failed_by_gate[is_unrefused], rig)
+        refusals_of_unusable_runs(points[is_unrefused], failed_by_gate[is_unrefused], rig)
     )
     points = points.assign(
         failed_gates=failed_gates.gate_name_lists(failed_by_gate),
         accepted=~failed_by_gate.any(axis=1),
     )
     points = _refuse_plateaus(points, list(refusal_of_run.values()), type(rig))
-    # plateaus of runs that are refused by their plateaus stay in the table of every rig. Accepted
-    # ones get the rule of their run
+    # If a run is refused because of its plateaus, they all stay in the table, whatever the kind of
+    # rig. Those that pass their own gates get the rule of the run.
     runs_with_accepted_points = set(points.loc[points["accepted"], "run_id"])
     rule_of_run = {
         refusal.run_id: refusal.rule

@@ -15,7 +15,7 @@ import pandas as pd
 
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation.gate import fault
+from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.logs.base import Refusal
 from oilfilm.surface.measurements import Measurements, scaled_slip
 from oilfilm.surface.shape import FEWEST_CURVES, REFUSED_SIZE, CurveShape, curve_shapes
@@ -145,14 +145,14 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         # `smallest_seen` is a change of ln mu at a typical point
         elif np.exp(shape.smallest_seen) > _LARGEST_UNSEEN_FACTOR:
             seen = np.expm1(shape.smallest_seen)
-            reason = fault("shape_not_judged", seen=seen, spread=shape.usual_spread).reason
-            verdicts.warnings.append((run_id, reason))
+            sentence = sentence_named("shape_not_judged", seen=seen, spread=shape.usual_spread)
+            verdicts.warnings.append((run_id, sentence))
             verdicts.unjudged_ids.add(run_id)
 
 
 def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: int) -> Refusal:
     """The refusal of a run for its shape, with the point that is farthest off."""
-    return fault(
+    return refusal_by(
         "odd_shape",
         run_id=run_id,
         first=point["first_row"],
@@ -196,7 +196,7 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
                 "at": slip[index_before],
                 "before": mu[index_before],
             }
-            yield run_id, fault("odd_alone", sentence_name, **fields).reason
+            yield run_id, sentence_named(sentence_name, **fields)
             return
 
 

@@ -1,4 +1,4 @@
-"""A gate: one function that finds a fault, and its entry in `rules.yaml`.
+"""A gate: one function that finds what is wrong, and its entry in `rules.yaml`.
 
 A gate of runs judges the signals of one run. A gate of plateaus judges the plateaus of many runs at
 once. `run_gates.py` and `plateau_gates.py` define all gates in the order in which they judge. A new
@@ -31,7 +31,7 @@ RULES: Mapping[str, Any] = yaml.load(
 _FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 
 
-def refusal_by_rule(rule: str, sentence: str, fields: Mapping[str, Any]) -> Refusal:
+def refusal_with_sentence(rule: str, sentence: str, fields: Mapping[str, Any]) -> Refusal:
     """A refusal by a rule; its advice is added when it becomes a row of the quarantine.
 
     Args:
@@ -49,16 +49,25 @@ def refusal_by_rule(rule: str, sentence: str, fields: Mapping[str, Any]) -> Refu
     )
 
 
-def fault(rule: str, sentence_name: str = "", /, **fields: Any) -> Refusal:
+def refusal_by(rule: str, sentence_name: str = "", /, **fields: Any) -> Refusal:
     """A refusal by a rule that is no gate.
 
     Args:
         rule: The rule.
         sentence_name: Name of the sentence in `rules.yaml`, where it is not the rule's.
-        fields: Numbers and names for the sentence and for `refusal_by_rule`.
+        fields: Numbers and names for the sentence and for `refusal_with_sentence`.
     """
-    template = RULES["sentences"][sentence_name or rule]
-    return refusal_by_rule(rule, template.format(**fields), fields)
+    return refusal_with_sentence(rule, sentence_named(sentence_name or rule, **fields), fields)
+
+
+def sentence_named(sentence_name: str, /, **fields: Any) -> str:
+    """A sentence of a refusal or of a warning.
+
+    Args:
+        sentence_name: Its name in `rules.yaml`, group `sentences`.
+        fields: Numbers and names for the sentence.
+    """
+    return str(RULES["sentences"][sentence_name].format(**fields))
 
 
 def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str:
@@ -72,11 +81,11 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
     return f"; the {force_name} may be in {' or '.join(units)}" if units else ""
 
 
-# Numbers and names for the sentence of a gate of runs, once per fault. `first` and `last` are the
-# rows concerned.
-Faults = Iterator[dict[str, Any]]
-# A check of one run, by the limits of the rig. The first fault counts.
-RunJudge = Callable[[Run, Any], Faults]
+# Numbers and names for the sentence of a gate of runs, once for each reason to refuse the run.
+# `first` and `last` are the rows concerned.
+RefusalFields = Iterator[dict[str, Any]]
+# A check of one run, by the limits of the rig. The first reason counts.
+RunJudge = Callable[[Run, Any], RefusalFields]
 # A check of plateaus, which have the oil and the set points of their run. It gives those that it
 # refuses. A plateau whose quantity is null (no set point, no second half) is not refused.
 PlateauJudge = Callable[[pd.DataFrame, Any], "pd.Series[bool] | BoolArray"]
@@ -93,8 +102,8 @@ class Gate(Generic[Judge]):
         rig_kinds: Kinds of rig that it judges, separated by blanks.
         finds: Sentence about a refusal, with fields in braces.
         advice: What to do about a refusal.
-        blames_run: For gates of plateaus: whether a fault shows a fault of the run. Where many
-            plateaus fail such a gate, the others cannot be trusted.
+        blames_run: For gates of plateaus: whether a plateau that fails shows that the run is wrong.
+            If many plateaus fail such a gate, the others cannot be trusted.
         needs: A column of plateaus or of runs, or a list of the rig. Where it is null in all
             plateaus, or empty, the gate cannot be applied. Empty where the gate needs none.
     """

@@ -12,7 +12,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import permutations
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 
@@ -21,6 +21,14 @@ from oilfilm.curation.statistics import median
 from oilfilm.logs.base import Columns
 from oilfilm.settings.config import StepSettings
 from oilfilm.settings.rig import Rig
+
+
+class Plausibility(Protocol):
+    """Whether the samples of a run, in which so many levels were found, may have a mistake."""
+
+    def __call__(self, samples: Columns, level_count: int) -> bool:
+        """True if they may have it."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -32,7 +40,7 @@ class Hypothesis:
         sentence: The change with which the run would pass: the end of `the run would pass with`.
         undo: Gives the samples of the run without the mistake.
         explains: Rules whose refusals the mistake may cause.
-        plausible: Whether samples, with a number of levels, may have the mistake.
+        is_plausible: Whether samples may have the mistake.
         changed_settings: Changed settings, where the mistake is in the settings.
     """
 
@@ -40,7 +48,7 @@ class Hypothesis:
     sentence: str
     undo: Callable[[Columns], Columns]
     explains: frozenset[str]
-    plausible: Callable[[Columns, int], bool] = lambda samples, level_count: True
+    is_plausible: Plausibility = lambda samples, level_count: True
     changed_settings: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -56,8 +64,8 @@ _RULES_OF_WRONG_SLIP = _RULES_OF_WRONG_TIME | frozenset(
 # Where both speeds are wrong by one factor, the slip is right.
 _RULES_OF_WRONG_SPEED = frozenset({"speed_off_nominal"})
 
-# Refusals that a mistake of another kind may cause.
-DOUBTFUL = (
+# A refusal by one of these rules may have a cause that the rule does not name: a mistake below.
+RULES_WITH_HIDDEN_CAUSE = (
     _RULES_OF_WRONG_TIME | _RULES_OF_WRONG_FORCE | _RULES_OF_WRONG_SLIP | _RULES_OF_WRONG_SPEED
 )
 
@@ -202,9 +210,9 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
     yield from time_hypotheses()
     for phrase, factor in _FORCE_FACTOR_OF_PHRASE.items():
         undo = factor_undo(factor, "traction_force_n")
-        plausible = partial(_has_usual_traction, undo)
+        is_plausible = partial(_has_usual_traction, undo)
         yield Hypothesis(
-            "force_scale", f"a traction force {phrase}", undo, _RULES_OF_WRONG_FORCE, plausible
+            "force_scale", f"a traction force {phrase}", undo, _RULES_OF_WRONG_FORCE, is_plausible
         )
     track_ratio = None
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
@@ -242,8 +250,8 @@ def _exchange_hypothesis(speeds_phrase: str, track_ratio: float, direction: int)
     """
     sentence = f"the {speeds_phrase} of ball and disc exchanged"
     undo = partial(_exchanged, track_ratio)
-    plausible = partial(_slips_as_stated, undo, direction)
-    return Hypothesis("swapped_channels", sentence, undo, _RULES_OF_WRONG_SLIP, plausible)
+    is_plausible = partial(_slips_as_stated, undo, direction)
+    return Hypothesis("swapped_channels", sentence, undo, _RULES_OF_WRONG_SLIP, is_plausible)
 
 
 def _slips_as_stated(

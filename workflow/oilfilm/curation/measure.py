@@ -35,14 +35,14 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
     """
     if is_settled:
         run = Run(rig, signals, signals, _settled_readings(signals, rig))
-        return replace(run, flaw=rig.settled_refusal(run))
+        return replace(run, refusal=rig.settled_refusal(run))
     division = rig.divide(signals, rig_name)
     usable_signals = division.signals
-    phases, flaw = _usable_phases(division, rig)
+    phases, refusal = _usable_phases(division, rig)
     phases_to_cut_off = phases if division.phases_in_levels else []
     starts, stops = _levels_without_phases(division, phases_to_cut_off, rig)
     averages = average(usable_signals, starts, stops, rig)
-    if flaw is not None:
+    if refusal is not None:
         zero_of_plateau = zero_of_plateau_se = unknown_values(len(starts))
     else:
         spike_threshold = rig.settings.curation.spikes.threshold
@@ -51,14 +51,20 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
         )
         zero_of_plateau = zero.zero_at(averages["time_s"])
         zero_of_plateau_se = zero.standard_error_at(averages["time_s"])
-        flaw = moved_zero_refusal(zero, division, rig.sensor, rig.zero_drift_max, rig.gates)
+        refusal = moved_zero_refusal(zero, division, rig.sensor, rig.zero_drift_max, rig.gates)
     plateaus = rig.derive(averages, zero_of_plateau, zero_of_plateau_se)
     working = usable_signals.select(division.working_samples)
     run = Run(
-        rig, signals, working, plateaus, flaw, division.short_level_refusals, tuple(division.phases)
+        rig,
+        signals,
+        working,
+        plateaus,
+        refusal,
+        division.short_level_refusals,
+        tuple(division.phases),
     )
     ramp = rig.measured_ramp(run, division, rig_name)
-    return ramp or replace(run, flaw=rig.zero_refusal(run, division, rig_name))
+    return ramp or replace(run, refusal=rig.zero_refusal(run, division, rig_name))
 
 
 def _settled_readings(signals: Signals, rig: RigKind) -> Columns:

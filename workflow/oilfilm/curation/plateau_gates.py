@@ -18,7 +18,7 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray
-from oilfilm.curation.gate import RULES, Gate, Gates, PlateauJudge, fault, unit_hint
+from oilfilm.curation.gate import RULES, Gate, Gates, PlateauJudge, refusal_by, unit_hint
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import Refusal
@@ -63,7 +63,7 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     """The speed that each run holds while its slip changes, in m/s, one value per plateau.
 
     Most rigs hold the mean speed. Where a rig holds the speed of one body, the mean speed follows
-    the slip, which is no fault. The speed that scatters least is the held one.
+    the slip, which is not wrong. The speed that scatters least is the held one.
     """
     speeds = pd.DataFrame(controlled_speeds(points))
     run_id = points["run_id"]
@@ -356,7 +356,7 @@ def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
     )
 
 
-def runs_not_usable(
+def refusals_of_unusable_runs(
     points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind
 ) -> Iterator[Refusal]:
     """Refusals of runs without a usable plateau, or with too many faulty plateaus.
@@ -442,7 +442,7 @@ def _refusal_of_run(
         worst_point = points.iloc[
             points["traction_coefficient"].abs().where(is_unphysical).argmax()
         ]
-        return fault(
+        return refusal_by(
             "impossible_traction",
             count=is_unphysical.sum(),
             plateaus=len(points),
@@ -453,7 +453,7 @@ def _refusal_of_run(
         )
     is_informative = judgements["informative"]
     if not judgements["usable"].any():
-        return fault(
+        return refusal_by(
             "no_point_left",
             count=is_informative.sum(),
             which="" if is_informative.all() else " that slide",
@@ -461,7 +461,7 @@ def _refusal_of_run(
         )
     is_blamed = judgements["blamed"]
     blaming_gate_names = [gate.name for gate in gates if gate.blames_run]
-    return fault(
+    return refusal_by(
         "many_plateaus_fail",
         count=is_blamed.sum(),
         plateaus=len(points),

@@ -255,12 +255,12 @@ class RampZero:
         term_count: Number of terms: 0 where the force has no zero left, 1 for a constant zero, 2
             for a zero with a drift.
         phases: What shows the zero, in words.
-        flaw: Why nothing shows it; None where something does.
+        refusal: Why nothing shows it; None where something does.
     """
 
     term_count: int
     phases: tuple[str, ...] = ()
-    flaw: Refusal | None = None
+    refusal: Refusal | None = None
 
 
 def rolling_zero(
@@ -280,14 +280,14 @@ def rolling_zero(
     needed_phases = ("opening",) if zero_source_name == "opening_phase" else ("opening", "closing")
     for phase_name in needed_phases:
         phase_in_words = f"{phase_name} phase of pure rolling"
-        flaw = short_phase_refusal(
+        refusal = short_phase_refusal(
             signals, phases[phase_name], phase_in_words, settings.min_duration_s
         )
-        if flaw is not None:
+        if refusal is not None:
             if _slides_in_both_directions(signals["slide_roll_ratio"]):
                 # a drift looks like a part of the curve
                 return RampZero(term_count=1, phases=("both directions of slip",))
-            return RampZero(term_count=0, flaw=flaw)
+            return RampZero(term_count=0, refusal=refusal)
     return RampZero(term_count=len(needed_phases), phases=needed_phases)
 
 

@@ -126,7 +126,7 @@ class Run:
         working_signals: The samples at which the rig turns, without the phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
-        flaw: What was found wrong while the run was measured, mostly with its zero; else None.
+        refusal: What was found wrong while the run was measured, mostly with its zero; else None.
         short_level_refusals: Refusals of levels that ended before they settled and give no plateau.
         zero_phases: Names of the phases that gave the zero, in the order of time.
         force_lag: Lag of the force, where the slip is a continuous ramp; else None.
@@ -136,7 +136,7 @@ class Run:
     signals: Signals
     working_signals: Signals
     plateaus: Columns
-    flaw: Refusal | None = None
+    refusal: Refusal | None = None
     short_level_refusals: Sequence[Refusal] = ()
     zero_phases: tuple[str, ...] = ()
     force_lag: ForceLag | None = None
@@ -238,11 +238,11 @@ class RigKind(Protocol):
         """The refusal by the zero, judged with the plateaus; None without one.
 
         Args:
-            run: The run, measured with the zero. Its `flaw` is an earlier refusal.
+            run: The run, measured with the zero. Its `refusal` is an earlier refusal.
             division: The phases that gave the zero.
             rig_name: Name of the rig's file.
         """
-        return run.flaw
+        return run.refusal
 
     def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
         """The run measured as a continuous ramp; None where it is none.

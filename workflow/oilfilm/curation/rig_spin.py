@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.gate import fault
+from oilfilm.curation.gate import sentence_named
 from oilfilm.physics.contact import Contact, contact_radius
 from oilfilm.physics.rig_spin import SMALLEST_SLIP_OVER_EDGE_SLIP, edge_slip, spin_correction
 from oilfilm.settings.resolved import Settings
@@ -60,7 +60,7 @@ def spin_warnings(
         is_affected = is_near_edge | (spin_of_runs["correction"] > _LARGEST_RELATIVE_CORRECTION)
         if is_affected.any():
             worst_run = spin_of_runs[is_affected].nlargest(1, "lacking_share").iloc[0]
-            spin_fault = fault(
+            sentence = sentence_named(
                 "rig_spin",
                 affected=is_affected.sum(),
                 runs=len(spin_of_runs),
@@ -68,7 +68,7 @@ def spin_warnings(
                 edge=worst_run["slip_at_edge"],
                 lacks=worst_run["lacking_share"],
             )
-            yield str(worst_run["run_id"]), spin_fault.reason
+            yield str(worst_run["run_id"]), sentence
 
 
 def _is_sliding(points: pd.DataFrame) -> "pd.Series[bool]":

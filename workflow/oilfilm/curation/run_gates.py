@@ -15,12 +15,12 @@ from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.curation.gate import (
     RULES,
-    Faults,
     Gate,
     Gates,
+    RefusalFields,
     RunJudge,
-    fault,
-    refusal_by_rule,
+    refusal_by,
+    refusal_with_sentence,
     unit_hint,
 )
 from oilfilm.curation.rig_kind import Channel, RigKind, Run
@@ -48,14 +48,14 @@ _FEWEST_VALUES = 3
 _READINGS_BESIDE_HOLD = 20
 
 
-def first_fault(run: Run) -> Refusal | None:
+def first_refusal(run: Run) -> Refusal | None:
     """The refusal by the first gate that refuses a run, if one does."""
     for run_gate in RUN_GATES.for_rig(run.rig.name):
         for fields in run_gate.judge(run, run.rig):
-            return refusal_by_rule(run_gate.name, _sentence(run_gate, run, fields), fields)
-    if run.flaw is None and len(run.plateaus["time_s"]) == 0:
-        return fault("no_plateau")
-    return run.flaw
+            return refusal_with_sentence(run_gate.name, _sentence(run_gate, run, fields), fields)
+    if run.refusal is None and len(run.plateaus["time_s"]) == 0:
+        return refusal_by("no_plateau")
+    return run.refusal
 
 
 def warnings_about(run: Run) -> tuple[str, ...]:
@@ -73,7 +73,7 @@ def _sentence(run_gate: Gate[RunJudge], run: Run, fields: dict[str, Any]) -> str
 
 
 @gate
-def time_disorder(run: Run, rig: RigKind) -> Faults:
+def time_disorder(run: Run, rig: RigKind) -> RefusalFields:
     """The time stamp does not increase."""
     time_s = run.signals.time_s
     index_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
@@ -88,7 +88,7 @@ def time_disorder(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def missing_readings(run: Run, rig: RigKind) -> Faults:
+def missing_readings(run: Run, rig: RigKind) -> RefusalFields:
     """So many consecutive rows cannot be read that the run has a hole."""
     row_numbers = run.signals.row_numbers
     row_steps = np.diff(row_numbers)
@@ -105,7 +105,7 @@ def missing_readings(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def clock_jump(run: Run, rig: RigKind) -> Faults:
+def clock_jump(run: Run, rig: RigKind) -> RefusalFields:
     """The clock jumps ahead."""
     gaps_s = np.diff(run.signals.time_s)
     allowed_s = rig.gates.clock_jump_intervals * run.signals.interval_s
@@ -117,9 +117,9 @@ def clock_jump(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def same_channel(run: Run, rig: RigKind) -> Faults:
+def same_channel(run: Run, rig: RigKind) -> RefusalFields:
     """A run without a zero has the same readings in two channels."""
-    if run.flaw is None or run.flaw.rule != "zero_missing":
+    if run.refusal is None or run.refusal.rule != "zero_missing":
         return
     for channel, other_channel in combinations(run.rig.channels, 2):
         values = run.signals[channel.column]
@@ -131,7 +131,7 @@ def same_channel(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def never_turns(run: Run, rig: RigKind) -> Faults:
+def never_turns(run: Run, rig: RigKind) -> RefusalFields:
     """The bearing is at standstill from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
     # a speed that is not known does not show that the bearing turns
@@ -140,7 +140,7 @@ def never_turns(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def held_readings(run: Run, rig: RigKind) -> Faults:
+def held_readings(run: Run, rig: RigKind) -> RefusalFields:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations_s = run.plateaus["duration_s"]
     plateau_s = median(durations_s) if len(durations_s) else rig.plateau_settings.min_duration_s
@@ -158,7 +158,7 @@ def held_readings(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def stuck_channel(run: Run, rig: RigKind) -> Faults:
+def stuck_channel(run: Run, rig: RigKind) -> RefusalFields:
     """A signal that shows noise stops moving for part of the run."""
     for channel in run.rig.channels:
         values = run.working_signals[channel.column]
@@ -213,12 +213,12 @@ def _median_traction_coefficient(run: Run, rig: TractionRig) -> float:
 
 
 @gate
-def no_traction(run: Run, rig: TractionRig) -> Faults:
+def no_traction(run: Run, rig: TractionRig) -> RefusalFields:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
     yield from _small_traction(run, rig, rig.gates.sliding_traction_min)
 
 
-def _small_traction(run: Run, rig: TractionRig, least: float) -> Faults:
+def _small_traction(run: Run, rig: TractionRig, least: float) -> RefusalFields:
     """A median traction coefficient below a limit, with the units that would explain it."""
     median_mu = _median_traction_coefficient(run, rig)
 
@@ -230,19 +230,19 @@ def _small_traction(run: Run, rig: TractionRig, least: float) -> Faults:
 
 
 @gate
-def impossible_traction(run: Run, rig: TractionRig) -> Faults:
+def impossible_traction(run: Run, rig: TractionRig) -> RefusalFields:
     """The zero moves, but the traction is too large by more than a zero explains."""
-    if run.flaw is None or run.flaw.rule != "zero_drift":
+    if run.refusal is None or run.refusal.rule != "zero_drift":
         return
     median_mu = _median_traction_coefficient(run, rig)
     load_n = median(run.plateaus["load_n"])
     explained_by_zero = rig.zero_settings.max_drift_n * rig.gates.significant_errors / load_n
     if median_mu - explained_by_zero > rig.gates.traction_max:
-        yield {"size": median_mu, "flaw": run.flaw.reason}
+        yield {"size": median_mu, "reason": run.refusal.reason}
 
 
 @gate
-def swapped_sign(run: Run, rig: TractionRig) -> Faults:
+def swapped_sign(run: Run, rig: TractionRig) -> RefusalFields:
     """The traction force acts against the slip."""
     along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
     along_slip_n = along_slip_n[_is_sliding(run, rig)]
@@ -252,7 +252,7 @@ def swapped_sign(run: Run, rig: TractionRig) -> Faults:
 
 
 @gate
-def sign_changes(run: Run, rig: TractionRig) -> Faults:
+def sign_changes(run: Run, rig: TractionRig) -> RefusalFields:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip = plateaus["slide_roll_ratio"]
@@ -306,7 +306,7 @@ def _branches_in_direction(
 
 
 @gate
-def saturated(run: Run, rig: RigKind) -> Faults:
+def saturated(run: Run, rig: RigKind) -> RefusalFields:
     """A sensor is at the end of its range for part of the run."""
     for channel in (run.rig.sensor, run.rig.channels[0]):
         values = run.working_signals[channel.column]
@@ -342,7 +342,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 
 @gate
-def stuck_sensor(run: Run, rig: RigKind) -> Faults:
+def stuck_sensor(run: Run, rig: RigKind) -> RefusalFields:
     """The sensor gives exactly the same reading again and again."""
     values = run.working_signals[run.rig.sensor.column]
     start, stop = _long_hold(values, run, rig)
@@ -357,7 +357,7 @@ def stuck_sensor(run: Run, rig: RigKind) -> Faults:
 
 
 @gate
-def temperature_drift(run: Run, rig: TractionRig) -> Faults:
+def temperature_drift(run: Run, rig: TractionRig) -> RefusalFields:
     """The inlet temperature differs between the plateaus of one run."""
     temperature_c = run.plateaus["inlet_temperature_c"]
     least_c = np.fmin.reduce(temperature_c, initial=np.inf)
@@ -367,7 +367,7 @@ def temperature_drift(run: Run, rig: TractionRig) -> Faults:
 
 
 @gate
-def two_conditions(run: Run, rig: TractionRig) -> Faults:
+def two_conditions(run: Run, rig: TractionRig) -> RefusalFields:
     """The plateaus have two loads or two speeds, each in several of them."""
     limits = rig.settings.same_condition
     speed = Channel("entrainment_speed_m_s", "speed", "m/s")
@@ -420,7 +420,7 @@ def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plat
 
 
 @gate
-def branches_differ(run: Run, rig: TractionRig) -> Faults:
+def branches_differ(run: Run, rig: TractionRig) -> RefusalFields:
     """The traction coefficients of rising and falling slip do not agree."""
     differences, _ = _branch_differences(run, rig)
     # the median, because other gates judge single wild points
@@ -452,9 +452,9 @@ def _branch_differences(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatAr
 
 
 @gate
-def directions_differ(run: Run, rig: TractionRig) -> Faults:
+def directions_differ(run: Run, rig: TractionRig) -> RefusalFields:
     """The traction coefficients of positive and negative slip do not have the same size."""
-    if run.flaw is not None and run.flaw.rule == "zero_left":
+    if run.refusal is not None and run.refusal.rule == "zero_left":
         # which names the cause
         return
     differences, _ = differences_of_directions(run.plateaus)
@@ -480,20 +480,20 @@ _FEWEST_CHANGES = 60
 
 
 @WARNINGS.gate
-def little_traction(run: Run, rig: TractionRig) -> Faults:
+def little_traction(run: Run, rig: TractionRig) -> RefusalFields:
     """The traction is less than that of usual oils, though not impossible."""
     yield from _small_traction(run, rig, rig.gates.sliding_traction_usual)
 
 
 @WARNINGS.gate
-def zero_on_trust(run: Run, rig: TractionRig) -> Faults:
+def zero_on_trust(run: Run, rig: TractionRig) -> RefusalFields:
     """Nothing in settled readings shows that their zero was removed."""
     if _is_settled(run) and not shows_its_zero(run, rig.zero_settings):
         yield {}
 
 
 @WARNINGS.gate
-def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
+def drift_not_seen(run: Run, rig: TractionRig) -> RefusalFields:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
         (phase_name,) = run.zero_phases
@@ -504,7 +504,7 @@ def drift_not_seen(run: Run, rig: TractionRig) -> Faults:
 
 
 @WARNINGS.gate
-def slip_ramp(run: Run, rig: TractionRig) -> Faults:
+def slip_ramp(run: Run, rig: TractionRig) -> RefusalFields:
     """The slip is a continuous ramp, and the lag of the force was taken off."""
     if run.force_lag is not None:
         lag = run.force_lag
@@ -520,7 +520,7 @@ def slip_ramp(run: Run, rig: TractionRig) -> Faults:
 
 
 @WARNINGS.gate
-def branches_apart(run: Run, rig: TractionRig) -> Faults:
+def branches_apart(run: Run, rig: TractionRig) -> RefusalFields:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branch_differences(run, rig)
     is_sliding = np.abs(mu) > rig.gates.sliding_traction_min
@@ -552,7 +552,7 @@ def _noise_of_samples(run: Run) -> FloatArray:
 
 
 @WARNINGS.gate
-def noisy_sensor(run: Run, rig: RigKind) -> Faults:
+def noisy_sensor(run: Run, rig: RigKind) -> RefusalFields:
     """The readings scatter by a large share of what is measured."""
     noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
@@ -563,7 +563,7 @@ def noisy_sensor(run: Run, rig: RigKind) -> Faults:
 
 
 @WARNINGS.gate
-def soft_saturation(run: Run, rig: RigKind) -> Faults:
+def soft_saturation(run: Run, rig: RigKind) -> RefusalFields:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
@@ -583,7 +583,7 @@ def soft_saturation(run: Run, rig: RigKind) -> Faults:
 
 
 @WARNINGS.gate
-def uneven_clock(run: Run, rig: RigKind) -> Faults:
+def uneven_clock(run: Run, rig: RigKind) -> RefusalFields:
     """Rows have a fixed interval, with a few exceptions: a digit of their time may be wrong.
 
     An earlier gate refuses time stamps that do not increase.

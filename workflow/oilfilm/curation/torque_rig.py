@@ -15,7 +15,7 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.curation.gate import fault
+from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import TORQUE_KIND as NAME
@@ -191,7 +191,7 @@ def _refusal_of_short_level(
     held_s = (stop - start) * signals.interval_s
     least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
     row_range = signals.row_range(start, stop - 1)
-    return fault(
+    return refusal_by(
         "too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **row_range
     )
 
@@ -203,4 +203,4 @@ def radial_load_warnings(unread_names: Iterable[str]) -> list[str]:
         unread_names: Names of the columns of a torque log that are not read.
     """
     radial_load_names = [name for name in unread_names if _RADIAL_LOAD_NAME.search(name)]
-    return [fault("radial_load", column=name).reason for name in radial_load_names]
+    return [sentence_named("radial_load", column=name) for name in radial_load_names]

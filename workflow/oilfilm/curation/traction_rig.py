@@ -15,7 +15,7 @@ import pandas as pd
 
 from oilfilm.base.ties import exceeds
 from oilfilm.base.units import M_PER_UM, PA_PER_GPA, BoolArray, FloatArray
-from oilfilm.curation.gate import fault
+from oilfilm.curation.gate import refusal_by
 from oilfilm.curation.hypotheses import (
     LONGEST_HOLD_S,
     Hypothesis,
@@ -94,7 +94,7 @@ _UNCHANGED_SIGNALS = (
 class TractionRig(RigKind):
     """See `RigKind`.
 
-    What is wrong with a run is a `Refusal`, kept in `Run.flaw`. `fault` makes one.
+    What is wrong with a run is a `Refusal`, kept in `Run.refusal`. `refusal_by` makes one.
     """
 
     # name of the kind of rig; TRACTION below is the kind of its logs
@@ -228,15 +228,15 @@ class TractionRig(RigKind):
         ):
             return None
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
-        if zero_source_name == "standstill" and run.flaw is not None:
+        if zero_source_name == "standstill" and run.refusal is not None:
             return run
         zero = rolling_zero(
             signals, zero_source_name, self.plateau_settings.window_s, self.zero_settings
         )
-        if zero.flaw is not None:
+        if zero.refusal is not None:
             slip = signals["slide_roll_ratio"]
-            fields = dict(least=slip.min(), most=slip.max(), flaw=zero.flaw.reason)
-            return replace(run, flaw=fault("zero_missing", "ramp_without_zero", **fields))
+            fields = dict(least=slip.min(), most=slip.max(), reason=zero.refusal.reason)
+            return replace(run, refusal=refusal_by("zero_missing", "ramp_without_zero", **fields))
         removed_n, removed_se_n = self._zero_at_standstill(division, zero_source_name)
         sensor = self.sensor.column
         readings = ramp_readings(
@@ -248,20 +248,22 @@ class TractionRig(RigKind):
             self.settings.curation.spikes.threshold,
         )
         if readings is None:
-            return replace(run, flaw=fault("slip_ramps", "ramp_too_fast", fewest=FEWEST_READINGS))
+            return replace(
+                run, refusal=refusal_by("slip_ramps", "ramp_too_fast", fewest=FEWEST_READINGS)
+            )
         averages = average(signals, readings.starts, readings.stops, self)
         averages |= _columns_at_slips(averages, readings)
         no_zero = np.zeros(len(readings.slip))
         measured_run = replace(
             run,
             plateaus=self.derive(averages, no_zero, removed_se_n[readings.starts]),
-            flaw=self._ramp_refusal(readings),
+            refusal=self._ramp_refusal(readings),
             short_level_refusals=(),
             # names of phases, or in words that both directions of slip give the zero
             zero_phases=zero.phases or tuple(division.phases),
             force_lag=readings.lag,
         )
-        if zero_source_name == "already_removed" and measured_run.flaw is None:
+        if zero_source_name == "already_removed" and measured_run.refusal is None:
             rolling_phases = rolling_ends(
                 signals, self.plateau_settings.window_s, self.zero_settings
             )
@@ -272,7 +274,7 @@ class TractionRig(RigKind):
             )
             return replace(
                 measured_run,
-                flaw=refusal or force_left_refusal(measured_run, curation, significant_errors),
+                refusal=refusal or force_left_refusal(measured_run, curation, significant_errors),
             )
         return measured_run
 
@@ -318,10 +320,10 @@ class TractionRig(RigKind):
         is_shorter = lag.lag_s + error_s < shortest_s
         if lag.is_seen and (is_longer or is_shorter):
             limits = dict(least=shortest_s, most=longest_s)
-            return fault("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **limits)
+            return refusal_by("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **limits)
         if abs(readings.drift_n) > self.zero_settings.max_drift_n:
             fields = dict(drift=readings.drift_n, allowed=self.zero_settings.max_drift_n)
-            return fault("zero_drift", sensor=self.sensor, **fields)
+            return refusal_by("zero_drift", sensor=self.sensor, **fields)
         # the relative error has no meaning where mu is near 0
         is_sliding = np.abs(readings.slip) > self.gates.sign_slip_min
         median_error = median(np.abs(readings.mu_se / readings.mu)[is_sliding])
@@ -330,7 +332,7 @@ class TractionRig(RigKind):
             explanation = (
                 "" if lag.is_seen else ". Nothing shows the lag of the force behind the slip"
             )
-            return fault(
+            return refusal_by(
                 "slip_ramps",
                 "lag_matters",
                 error=median_error,
@@ -343,14 +345,14 @@ class TractionRig(RigKind):
         """The refusal by a phase that is part of the curve, or by a force that should be zero."""
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill":
-            return run.flaw
+            return run.refusal
         if zero_source_name == "already_removed":
             return force_left_refusal(run, self.settings.curation, self.gates.significant_errors)
         largest_share, significant_errors = (
             self.zero_settings.max_traction_share,
             self.gates.significant_errors,
         )
-        return run.flaw or phase_of_curve_refusal(
+        return run.refusal or phase_of_curve_refusal(
             division, run.plateaus, largest_share, significant_errors
         )
 
@@ -494,7 +496,7 @@ def zero_source(
         settings = settings_by_source[source]
         signals = TractionRig.signals(samples, "", settings)
         measured_run = measure(signals, TractionRig(settings), "")
-        if measured_run.flaw is None or measured_run.flaw.rule != "zero_missing":
+        if measured_run.refusal is None or measured_run.refusal.rule != "zero_missing":
             return source
     return None
 

@@ -15,7 +15,7 @@ import scipy
 
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation.gate import fault
+from oilfilm.curation.gate import refusal_by
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
 from oilfilm.curation.statistics import Stretches, mean_with_error, median
 from oilfilm.logs.base import Columns, Refusal
@@ -89,12 +89,12 @@ def short_phase_refusal(
     """
     row_count = phase.stop - phase.start
     if row_count <= 0:
-        return fault("zero_missing", "no_phase", name=phase_in_words)
+        return refusal_by("zero_missing", "no_phase", name=phase_in_words)
     duration_s = row_count * signals.interval_s
     # a single row gives no standard error
     if reaches(duration_s, min_duration_s) and row_count > 1:
         return None
-    return fault(
+    return refusal_by(
         "zero_missing",
         "short_phase",
         name=phase_in_words,
@@ -166,7 +166,7 @@ def moved_zero_refusal(
     # towards the opening zero, by more than the share of a steady drift
     if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
         row_range = division.rest_signals.row_range(last_phase.start, last_phase.stop - 1)
-        return fault(
+        return refusal_by(
             "zero_not_settled",
             phase=last_phase_name,
             rest=division.rest_in_words,
@@ -176,8 +176,8 @@ def moved_zero_refusal(
         )
     drift_se = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
     if abs(zero.drift) <= gates.significant_errors * drift_se:
-        return fault("zero_noisy", error=drift_se, **fields)
-    return fault("zero_drift", **fields)
+        return refusal_by("zero_noisy", error=drift_se, **fields)
+    return refusal_by("zero_drift", **fields)
 
 
 def _is_still(signals: Signals, settings: CurationSettings) -> BoolArray:
@@ -259,7 +259,9 @@ def sliding_phase_refusal(
     slip = float(np.mean(division.rest_signals["slide_roll_ratio"][division.phases[phase_name]]))
     if abs(slip) <= largest_slip:
         return None
-    return fault("zero_missing", "sliding_phase", phase=phase_name, slip=slip, limit=largest_slip)
+    return refusal_by(
+        "zero_missing", "sliding_phase", phase=phase_name, slip=slip, limit=largest_slip
+    )
 
 
 def phase_of_curve_refusal(
@@ -289,7 +291,7 @@ def phase_of_curve_refusal(
         slope = initial_slope(plateau_slips, plateau_mu, slip)
         removed_mu = abs(slope * slip)
         if removed_mu > largest_share * largest_mu:
-            return fault(
+            return refusal_by(
                 "zero_missing",
                 "part_of_curve",
                 phase=phase_name,
@@ -374,7 +376,7 @@ def _first_force_refusal(
     if len(index_beyond) == 0:
         return None
     first_beyond = index_beyond[0]
-    return fault(
+    return refusal_by(
         "zero_left", force=force_n[first_beyond], place=conditions[first_beyond], allowed=allowed_n
     )
 
@@ -392,10 +394,10 @@ def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal |
     fields = dict(rows=len(signals), interval=interval_s, step=slip_step)
     fields |= dict(least_s=settings.min_duration_s, least=settings.min_step)
     if interval_s > 0 and exceeds(settings.min_duration_s, interval_s):
-        return fault("no_settled_readings", "fast_rows", **fields)
+        return refusal_by("no_settled_readings", "fast_rows", **fields)
     has_many_rows = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
     if not interval_s > 0 and has_many_rows and slip_step < settings.min_step / 2:
-        return fault("no_settled_readings", "close_rows", **fields)
+        return refusal_by("no_settled_readings", "close_rows", **fields)
     return None
 
 
@@ -448,7 +450,7 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
     index_beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
     if len(index_beyond):
         first_beyond = index_beyond[0]
-        return fault(
+        return refusal_by(
             "zero_left",
             "zero_left_without_slip",
             force=mu[first_beyond] * load_n[first_beyond],
@@ -459,7 +461,7 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
     offset_mu = zero_of_directions(run.plateaus)
     allowed_mu = median(largest_n / load_n)
     if abs(offset_mu) > allowed_mu:
-        return fault("zero_left", "zero_left_in_directions", mu=offset_mu, allowed=allowed_mu)
+        return refusal_by("zero_left", "zero_left_in_directions", mu=offset_mu, allowed=allowed_mu)
     return None
 
 

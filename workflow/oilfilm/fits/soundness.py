@@ -26,7 +26,7 @@ from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_col
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels
+from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 
 # Largest ratio of the sum of squares to the sum of squares between repeats. Repeats that are copies
 # of each other differ by rounding only.
@@ -150,7 +150,7 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     not stated, the level of the measured mean is used, by the widths of `same_condition`.
     """
     # each set point that is stated is moved to the value of its level, in its unit
-    runs = with_levels(results.runs, settings).set_index("run_id")
+    runs = with_matched_set_points(results.runs, settings).set_index("run_id")
     columns = ["run_id", "accepted", *_MEASURED]
     # each part has all points of some runs
     means_of_parts = [

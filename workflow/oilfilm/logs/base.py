@@ -16,6 +16,10 @@ Columns = dict[str, npt.NDArray[Any]]
 # Columns of a log: the name of each, and the unit beside or below it (empty where there is none).
 NamesAndUnits = list[tuple[str, str]]
 
+# Value of the header key and of the column `log_kind`: each row is a settled reading, as of a rig
+# whose program steps from one slip to the next. Any other log is a signal against time.
+SETTLED = "steps"
+
 # Rule of a note on how a log was read. It refuses nothing.
 READING_NOTE = "reading_note"
 COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
@@ -182,10 +186,10 @@ class LoggedRun:
         run_id: Unique name of the run.
         oil_name: Id of the oil.
         rig_name: Name of the rig file; of a torque log the bearing.
-        log_kind: `continuous` or `steps` (settled readings).
+        log_kind: `continuous` (a signal against time) or `SETTLED`.
         set_points: Set points that the log, its sheet or the campaign states.
         samples: Its columns in the table of samples.
-        flaw: Why the run cannot be used; None where it can. The samples are kept in both cases.
+        refusal: Why the run cannot be used; None where it can. The samples are kept in both cases.
         label: Name that the log itself gives the run.
         understood: How its columns and header were understood.
     """
@@ -196,7 +200,7 @@ class LoggedRun:
     log_kind: str
     set_points: SetPoints
     samples: Columns
-    flaw: Refusal | None = None
+    refusal: Refusal | None = None
     label: str = ""
     understood: Understood = NOTHING_UNDERSTOOD
 

@@ -202,7 +202,7 @@ def _read_table(
         row_numbers,
         values_of_quantity,
         labels.exclusion
-        or _flaw_of_rows(table, labels, row_numbers, values_of_quantity, refusals, form),
+        or _refusal_of_run(table, labels, row_numbers, values_of_quantity, refusals, form),
         _understood(table, labels, numbers_of_column),
     )
     return kind.make_run(log, settings), refusals
@@ -277,7 +277,7 @@ def _mask_of_good_rows(
     return is_good, refusals
 
 
-def _flaw_of_rows(
+def _refusal_of_run(
     table: LoggedTable,
     labels: Labels,
     row_numbers: IndexArray,
@@ -295,16 +295,16 @@ def _flaw_of_rows(
         refusals: The refusals of the other rows.
         form: How the text was read.
     """
-    if table.flaw:
-        return table.flaw
+    if table.refusal:
+        return table.refusal
     for refusal in refusals:
         if refusal.rule == "cut_row":
             return replace(refusal, run_id="", rule="truncated")
-    if "time" in values_of_quantity and labels.keys.get("log_kind") != "steps":
-        rate_change = _rate_change_flaw(values_of_quantity["time"], row_numbers)
+    if "time" in values_of_quantity and labels.keys.get("log_kind") != base.SETTLED:
+        rate_change = _rate_change_refusal(values_of_quantity["time"], row_numbers)
         if rate_change:
             return rate_change
-    return _decimal_marks_flaw(table, refusals, form)
+    return _decimal_marks_refusal(table, refusals, form)
 
 
 def _understood(
@@ -390,8 +390,8 @@ def _refusal_of_cut_row(table: LoggedTable, row_number: int) -> base.Refusal:
     return base.Refusal(rule, reason, advice).of_rows("", row_number, row_number)
 
 
-def _rate_change_flaw(time_s: FloatArray, row_numbers: IndexArray) -> base.Refusal | None:
-    """A flaw where the sampling rate changes within a run: levels are found at one interval."""
+def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Refusal | None:
+    """A refusal if the sampling rate changes within a run: levels are found at one interval."""
     block_count = (len(time_s) - 1) // _ROWS_PER_BLOCK
     if block_count < 2 * _FEWEST_BLOCKS:
         return None
@@ -420,10 +420,10 @@ def _rate_change_flaw(time_s: FloatArray, row_numbers: IndexArray) -> base.Refus
     )
 
 
-def _decimal_marks_flaw(
+def _decimal_marks_refusal(
     table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
 ) -> base.Refusal | None:
-    """A flaw where many rows are refused because they have the other decimal mark."""
+    """A refusal if many rows are refused because they have the other decimal mark."""
     mark = form.decimal_mark
     if form.delimiter in ("", "comma") or table.show_row is None:
         return None

@@ -150,7 +150,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         head, delimiter, meanings.keys() - stamp_indices
     )
     keys = _header_keys(head.header_lines, head.delimiter)
-    may_grow = "time" in vocabulary.required and keys.get("log_kind") != "steps"
+    may_grow = "time" in vocabulary.required and keys.get("log_kind") != base.SETTLED
     body, notes = _with_line_end(body, start_of_rows, delimiter, len(head.names), may_grow=may_grow)
     text_table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamp_indices, start_of_rows

@@ -463,8 +463,8 @@ def _row_of_runs(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "plateaus": 0,
         "accepted_points": 0,
         "verdict": "refused",
-        "rule": run.flaw.rule if run.flaw else "",
-        "reason": printable(run.flaw.reason) if run.flaw else "",
+        "rule": run.refusal.rule if run.refusal else "",
+        "reason": printable(run.refusal.reason) if run.refusal else "",
         "warning": (),
         "refused_rows": refused_row_count,
     }

@@ -342,7 +342,7 @@ class UsableLog:
         columns: As `Vocabulary.columns_of_run` gave them.
         row_numbers: Row numbers in the log, shape (n,).
         values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
-        flaw: Why the run cannot be used; None where it can.
+        refusal: Why the run cannot be used; None where it can.
         understood: How its columns and header were understood.
     """
 
@@ -351,7 +351,7 @@ class UsableLog:
     columns: Sequence[LoggedColumn]
     row_numbers: IndexArray
     values_of_quantity: Mapping[str, FloatArray]
-    flaw: base.Refusal | None = None
+    refusal: base.Refusal | None = None
     understood: base.Understood = base.NOTHING_UNDERSTOOD
 
     @property
@@ -364,9 +364,9 @@ class UsableLog:
         rig_name: str,
         samples: base.Columns,
         set_points: base.SetPoints,
-        flaw: base.Refusal | None,
+        refusal: base.Refusal | None,
     ) -> base.LoggedRun:
-        """The run with these samples; `flaw` counts where the log itself has none."""
+        """The run with these samples; `refusal` counts where the log itself has none."""
         return base.LoggedRun(
             run_id=self.run_id,
             oil_name=self.keys.get("oil", ""),
@@ -374,7 +374,7 @@ class UsableLog:
             log_kind=self.keys.get("log_kind", "continuous"),
             set_points=set_points,
             samples=samples,
-            flaw=self.flaw or flaw,
+            refusal=self.refusal or refusal,
             label=self.keys.get("run", ""),
             understood=self.understood,
         )

@@ -37,7 +37,7 @@ class LoggedTable:
         row_count: Number of rows, good and bad.
         run_name: Name of the run in its file; empty where the file is one run.
         columns: The columns that make a run, where the format itself says it.
-        flaw: Why the run cannot be used, although its rows are read; None where it can.
+        refusal: Why the run cannot be used, although its rows are read; None where it can.
         problem: Why nothing of the run can be read; None where it can.
         clock_of_column: Index of an evenly sampled column -> its clock.
         time_index_of_column: Index of a column -> index of the column with its time, where several
@@ -62,7 +62,7 @@ class LoggedTable:
     row_count: int
     run_name: str = ""
     columns: Sequence[LoggedColumn] = ()
-    flaw: base.Refusal | None = None
+    refusal: base.Refusal | None = None
     problem: base.Refusal | None = None
     clock_of_column: Mapping[int, Clock] = field(default_factory=dict)
     time_index_of_column: Mapping[int, int] = field(default_factory=dict)

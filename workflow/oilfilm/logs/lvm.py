@@ -150,7 +150,7 @@ def _table(
         text_table.numbers,
         len(row_lines),
         run_name,
-        flaw=_too_few_rows_flaw(header, len(row_lines)),
+        refusal=_too_few_rows_refusal(header, len(row_lines)),
         problem=problem,
         clock_of_column=clock_of_column,
         time_index_of_column=time_index_of_column,
@@ -190,8 +190,8 @@ def _row_with_all_cells(line: str, cell_count: int, separator: str) -> str:
     return separator.join(cells[:cell_count]) if surplus_is_empty else line
 
 
-def _too_few_rows_flaw(header: CellsOfKey, row_count: int) -> Refusal | None:
-    """A flaw where a segment has fewer rows than its header announces."""
+def _too_few_rows_refusal(header: CellsOfKey, row_count: int) -> Refusal | None:
+    """A refusal if a segment has fewer rows than its header announces."""
     counts = [
         int(cell)
         for cell in header.get("samples", [])

@@ -161,7 +161,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         if name not in index_of_column
     ]
     return LoggedTable(
-        {"log_kind": "steps"},
+        {"log_kind": base.SETTLED},
         names,
         [*sampled_units, *[""] * len(other_names)],
         lambda column_indices: [

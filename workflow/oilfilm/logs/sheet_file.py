@@ -484,7 +484,7 @@ def _value_and_expectation(
         "rig": list(settings.rigs),
         "bearing": [torque.bearing] if torque else [],
         # a signal against time, or settled readings
-        "log_kind": ["continuous", "steps"],
+        "log_kind": ["continuous", base.SETTLED],
     }[key]
     name = settings.oil_id_by_name.get(plain_key(text), text) if key == "oil" else text
     expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(allowed_names)}"

@@ -329,7 +329,7 @@ def _sniffed_run(
     keys_of_settings = {"oil", "rig"} - log.understood.source_of_key.keys()
     keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
     log_kind = keys.get("log_kind", "")
-    is_settled = log_kind == "steps" or (
+    is_settled = log_kind == base.SETTLED or (
         _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
     )
     no_values = np.full(len(log.row_numbers), np.nan)

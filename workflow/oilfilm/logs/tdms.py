@@ -37,33 +37,33 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
-    flaw, value_bytes = _read_segments(content)
+    refusal, value_bytes = _read_segments(content)
     with TdmsFile.open(io.BytesIO(content)) as log:
         channels = [channel for group in log.groups() for channel in group.channels()]
         properties = [log.properties]
         properties += [group.properties for group in log.groups()]
         properties += [channel.properties for channel in channels]
         _check_claims(channels, properties, content)
-        if not flaw:
+        if not refusal:
             _check_value_bytes(channels, value_bytes)
         groups = [
             group for group in log.groups() if any(len(channel) > 0 for channel in group.channels())
         ]
-        if flaw and not groups:
+        if refusal and not groups:
             advice = "Copy it again, or repeat the run."
-            raise UnreadableLogError(flaw.reason, advice, rule="damaged_file")
+            raise UnreadableLogError(refusal.reason, advice, rule="damaged_file")
         run_names = distinct_names(group.name for group in groups)
         if len(groups) == 1:
             run_names = [""]
         # read here, while the file is open
         return NO_TEXT, [
-            _table(group, log.properties, run_name, flaw, vocabulary, content)
+            _table(group, log.properties, run_name, refusal, vocabulary, content)
             for group, run_name in zip(groups, run_names, strict=True)
         ]
 
 
 def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
-    """A flaw where the last segment is incomplete, and the number of bytes of values before it."""
+    """A refusal if the last segment is incomplete, and the number of bytes of values before it."""
     position = 0
     segment_number = 0
     value_bytes = 0
@@ -133,7 +133,7 @@ def _table(
     group: TdmsGroup,
     file_properties: Mapping[str, Any],
     run_name: str,
-    flaw: Refusal | None,
+    refusal: Refusal | None,
     vocabulary: Vocabulary,
     content: bytes,
 ) -> LoggedTable:
@@ -182,7 +182,7 @@ def _table(
         read_values,
         row_count,
         run_name,
-        flaw=flaw,
+        refusal=refusal,
         clock_of_column=clock_of_column,
         read_texts=read_texts,
     )

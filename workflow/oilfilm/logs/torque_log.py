@@ -52,7 +52,7 @@ def _run(log: UsableLog, settings: Settings) -> LoggedRun:
     bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
     log = replace(log, keys={**log.keys, "log_kind": "continuous"})
-    return log.logged_run(bearing, samples, set_points={}, flaw=None)
+    return log.logged_run(bearing, samples, set_points={}, refusal=None)
 
 
 def torque_section(campaign: Campaign) -> Torque:

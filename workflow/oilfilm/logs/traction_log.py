@@ -88,7 +88,7 @@ def _header_problems(
     yield header.unknown_name_problem("rig", keys, settings.rigs)
     yield header.simulation_problem(keys, settings)
     log_kind = keys.get("log_kind", "continuous")
-    if log_kind not in ("continuous", "steps"):
+    if log_kind not in ("continuous", base.SETTLED):
         reason = f"the header says log_kind: {log_kind[:120]!r}; expected continuous or steps"
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
@@ -139,7 +139,7 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     set_points = stated_set_points(log.keys, settings)
     row_count = len(log.row_numbers)
     values_of_quantity = dict(log.values_of_quantity)
-    if log.keys.get("log_kind") == "steps":
+    if log.keys.get("log_kind") == base.SETTLED:
         for quantity, value in _value_of_unneeded_quantity(set_points).items():
             if quantity not in values_of_quantity:
                 values_of_quantity[quantity] = np.full(row_count, value)
@@ -170,24 +170,26 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     samples["row"] = log.row_numbers
     samples["ball_speed_m_s"] = ball_m_s
     samples["disc_speed_m_s"] = disc_m_s
-    flaw = _contradiction_flaw(
+    refusal = _contradiction_refusal(
         log.row_numbers, values_of_quantity, ball_m_s, disc_m_s, semantics, settings.logged_twice
     )
-    flaw = flaw or _slip_unit_flaw(log, values_of_quantity)
+    refusal = refusal or _slip_unit_refusal(log, values_of_quantity)
     if contact is not None:
-        flaw = flaw or _rig_radius_flaw(values_of_quantity, set_points, contact, rig_name)
-    if log.keys.get("log_kind") != "steps":
-        flaw = flaw or _settled_readings_flaw(values_of_quantity["time"], ball_m_s, disc_m_s)
-    return log.logged_run(rig_name, samples, set_points, flaw)
+        refusal = refusal or _rig_radius_refusal(values_of_quantity, set_points, contact, rig_name)
+    if log.keys.get("log_kind") != base.SETTLED:
+        refusal = refusal or _settled_readings_refusal(
+            values_of_quantity["time"], ball_m_s, disc_m_s
+        )
+    return log.logged_run(rig_name, samples, set_points, refusal)
 
 
-def _rig_radius_flaw(
+def _rig_radius_refusal(
     values_of_quantity: Mapping[str, FloatArray],
     set_points: base.SetPoints,
     contact: Contact,
     rig_name: str,
 ) -> base.Refusal | None:
-    """A flaw where load and pressure are both stated, and the rig file gives another pressure.
+    """A refusal if load and pressure are both stated, and the rig file gives another pressure.
 
     Args:
         values_of_quantity: Quantity -> values, each of shape (rows,).
@@ -219,10 +221,10 @@ def _rig_radius_flaw(
     )
 
 
-def _slip_unit_flaw(
+def _slip_unit_refusal(
     log: UsableLog, values_of_quantity: Mapping[str, FloatArray]
 ) -> base.Refusal | None:
-    """A flaw where the only slip of a log, in %, is so small that it may be a fraction."""
+    """A refusal if the only slip of a log, in %, is so small that it may be a fraction."""
     column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
     if column is None or column.is_spare or column.logged_unit != "%" or len(log.row_numbers) == 0:
         return None
@@ -236,10 +238,10 @@ def _slip_unit_flaw(
     )
 
 
-def _settled_readings_flaw(
+def _settled_readings_refusal(
     time_s: FloatArray, ball_m_s: FloatArray, disc_m_s: FloatArray
 ) -> base.Refusal | None:
-    """A flaw where each row has another slip, seconds after the row before.
+    """A refusal if each row has another slip, seconds after the row before.
 
     Args:
         time_s: Time of each row, shape (rows,).
@@ -277,7 +279,7 @@ def _value_of_unneeded_quantity(set_points: base.SetPoints) -> dict[str, float]:
 
 def _unneeded_quantities(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
     """Quantities for which a log needs no column: of settled readings time and set points."""
-    if keys.get("log_kind") != "steps":
+    if keys.get("log_kind") != base.SETTLED:
         return frozenset()
     return frozenset(_value_of_unneeded_quantity(stated_set_points(keys, settings)))
 
@@ -354,7 +356,7 @@ class _LoggedTwice(NamedTuple):
     other_columns: str
 
 
-def _contradiction_flaw(
+def _contradiction_refusal(
     row_numbers: IndexArray,
     values_of_quantity: Mapping[str, FloatArray],
     ball_m_s: FloatArray,
@@ -362,7 +364,7 @@ def _contradiction_flaw(
     semantics: Semantics,
     limits: LoggedTwiceSettings,
 ) -> base.Refusal | None:
-    """A flaw where the logged entrainment speed, slip or force contradicts the other columns.
+    """A refusal if the logged entrainment speed, slip or force contradicts the other columns.
 
     Args:
         row_numbers: Row numbers, shape (rows,).

@@ -28,7 +28,7 @@ NOMINAL_COLUMNS = (
 CONDITION_COLUMNS = ["oil", *NOMINAL_COLUMNS]
 
 
-def with_levels(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
+def with_matched_set_points(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     """Runs with the pressure of a stated load, and each set point moved to the level it means."""
     planned = planned_conditions(settings)
     same_set_point = settings.same_set_point

@@ -23,7 +23,7 @@ from oilfilm.settings.config import PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import scaled_conditions
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
-from oilfilm.tables.set_points import with_levels, with_measured_set_points
+from oilfilm.tables.set_points import with_matched_set_points, with_measured_set_points
 from oilfilm.torque.bearing_torque import joined
 from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
 from oilfilm.torque.lacking_runs import (
@@ -76,9 +76,9 @@ class MeasuredRuns:
         points = points[points["accepted"]]
         points_by_run = points.groupby("run_id")
         runs = results.runs[results.runs["run_id"].isin(list(points_by_run.groups))]
-        runs_at_levels = with_levels(with_measured_set_points(runs, [points]), settings).set_index(
-            "run_id"
-        )
+        runs_at_levels = with_matched_set_points(
+            with_measured_set_points(runs, [points]), settings
+        ).set_index("run_id")
         runs_at_levels = runs_at_levels.loc[sorted(runs_at_levels.index, key=natural_key)]
         conditions = runs_at_levels[[f"nominal_{name}" for name in CONDITIONS]].to_numpy(
             dtype=float

@@ -15,7 +15,11 @@ from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.names import CONDITION_TEXTS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_levels, with_measured_set_points
+from oilfilm.tables.set_points import (
+    NOMINAL_COLUMNS,
+    with_matched_set_points,
+    with_measured_set_points,
+)
 from oilfilm.traction.law import CONDITIONS
 
 NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
@@ -96,7 +100,9 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
     parts_of_points = results.parts_of_runs("points", ["run_id", "accepted", *CONDITIONS])
-    runs = with_levels(with_measured_set_points(results.runs, parts_of_points), settings)
+    runs = with_matched_set_points(
+        with_measured_set_points(results.runs, parts_of_points), settings
+    )
     for panel, _, oil in panels:
         columns = ["run_id", "accepted", "load_n", *CONDITIONS, *_MEASURED]
         points = results.table("points", columns, oil=oil)
@@ -127,7 +133,7 @@ def _with_conditions(runs: pd.DataFrame, points: pd.DataFrame) -> tuple[pd.DataF
     A condition is one combination of set points.
 
     Args:
-        runs: As of `with_levels`.
+        runs: As of `with_matched_set_points`.
         points: Points of one oil, with `run_id`.
     """
     nominal_columns = list(NOMINAL_COLUMNS)
@@ -257,7 +263,7 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
     legend says so; means are those of all.
     """
     oils = list(settings.oils)
-    runs = with_levels(results.runs, settings)
+    runs = with_matched_set_points(results.runs, settings)
     column_count = len(CONDITION_TEXTS)
     layout: style.Look = {"height": 1.1, "down": 0.3, "sharex": "col", "sharey": "row"}
     sheet = Sheet(len(oils) * column_count, column_count, **layout)
