@@ -53,11 +53,11 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
         zero_of_plateau_se = zero.standard_error_at(averages["time_s"])
         refusal = moved_zero_refusal(zero, division, rig.sensor, rig.zero_drift_max, rig.gates)
     plateaus = rig.derive(averages, zero_of_plateau, zero_of_plateau_se)
-    working = usable_signals.select(division.working_samples)
+    turning_signals = usable_signals.select(division.turning_samples)
     run = Run(
         rig,
         signals,
-        working,
+        turning_signals,
         plateaus,
         refusal,
         division.short_level_refusals,

@@ -6,10 +6,12 @@ the zero of the sensor and the lag are found together, by least squares on all r
 
     F(t) = zero + drift t + L_lag [W(t) m(|S(t)|) sign(S(t))]
 
-m is a cubic spline with m(0) = 0. L_lag is a filter of first order, a delay, or both. Where rising
-and falling slip meet the same slips, the lag is that with which both agree. Where they do not,
-nothing in the run shows the lag. Then it is anywhere in a range, and the error of mu holds what
-that means.
+m is a cubic spline with m(0) = 0. L_lag is a filter of first order, a delay, or both. If rising and
+falling slip pass the same slips, the lag is the one with which both curves agree. If they do not,
+the run does not show its lag. The lag may then have any value in a range, and the error of mu
+includes this.
+
+The log has samples. Where there are many, they are averaged to rows. The result has points.
 
 Decides: what a ramp is; the slips at which a ramp gives points; the lag of the force behind the
 slip and its error; when a run shows its lag.
@@ -35,83 +37,99 @@ from oilfilm.settings.config import PlateauSettings, ZeroReferenceSettings
 
 # --- what a ramp is
 
-# Held levels in a larger share of the sliding time show a log of steps.
+# If levels are held for a larger share of the sliding time, the run has steps and is no ramp.
 _LARGEST_HELD_SHARE = 1 / 4
-# The path of the slip is the sum of its changes, up and down. A ramp needs at least this share of
-# the time for most of its path: a straight ramp 0.8, a sine 0.59. Steps need less than 0.3.
-_MOST_OF_THE_PATH = 0.8
-_LEAST_SHARE_OF_TIME = 0.4
-# Path of the slip over the path from turn to turn. The noise of a slow body makes more.
+# The path of the slip is the sum of its changes, up and down. This share of a sum is most of it.
+_SHARE_CALLED_MOST = 0.8
+# A ramp makes most of its path in at least this share of the time: a straight ramp in 0.8, a sine
+# in 0.59. Steps need less than 0.3.
+_LEAST_TIME_OF_PATH = 0.4
+# Largest path of the slip over the path from turn to turn. Noise of a slow body makes it larger.
 _LARGEST_PATH_RATIO = 1.3
-# Share of the time that has most of the squared changes, each over the time below: 0.4 for noise,
-# 0.5 for a sine. Steps that are smaller than those which are looked for have less than 0.15.
+# Changes of the slip are taken over this time.
 _CHANGE_TIME_S = 0.2
-_LEAST_SHARE_OF_SQUARES = 0.25
-# Share of the changes that a single fall to rolling makes at most.
+# A ramp has most of the squares of its changes in at least this share of the time: noise in 0.4, a
+# sine in 0.5. Steps that are too small to be found as levels have them in less than 0.15.
+_LEAST_TIME_OF_SQUARES = 0.25
+# A single fall to rolling makes at most this share of the changes.
 _SHARE_OF_A_FALL = 0.02
-# Number of windows in which the path is counted.
+# The path is counted from the means of so many windows.
 _WINDOW_COUNT = 200
 # A ramp by equal factors is straight in asinh(S/0.01).
 _SLIP_SCALE = 0.01
-# Fewer sliding rows show no ramp, and fewer rows of a branch, up or down, give no curve.
-_FEWEST_ROWS = 30
-# Fewer slips that are resolved give no curve of mu.
-FEWEST_READINGS = 5
+# Fewer sliding samples show no ramp.
+_FEWEST_SAMPLES = 30
+# Fewer points give no curve of mu.
+FEWEST_POINTS = 5
 
 # --- how a ramp is measured
 
-# More rows are averaged to so many, which is enough for a curve.
+# So many rows are enough for a curve. Samples are averaged until there are no more.
 _MOST_ROWS = 1000
-# The slip is smoothed by parabolas over this time, and so many rows at least.
+# A branch, up or down, with fewer rows gives no curve.
+_FEWEST_ROWS = 30
+# The slip is smoothed by parabolas over this time.
 _SMOOTHING_TIME_S = 0.8
+# But at least over so many rows.
 _FEWEST_ROWS_SMOOTHED = 5
-# Fewer rows between half a slip and the slip do not resolve it.
+# A slip is resolved if the ramp has at least so many rows between half of it and itself.
 _FEWEST_ROWS_TO_RESOLVE = 7
-# The slip turns a corner where it is so many standard deviations of noise off the smooth one.
+# The slip turns a corner where it differs from the smooth one by so many standard deviations of its
+# noise.
 _CORNER_ERRORS = 4.0
-# The slip turns back where it returns by so much of the largest slip.
+# The slip turns back where it returns by this share of the largest slip.
 _TURN_SHARE = 0.1
 # Ratios of neighbouring knots of the spline. The curve must not depend on them: both are tried.
 _KNOT_RATIOS = (1.4, 1.7)
+# The first knot is at this slip or above.
 _FIRST_KNOT_SLIP = 0.0015
-# Rows between two knots.
+# At least so many rows are between two knots.
 _ROWS_PER_KNOT = 4
+# For the distance of knots, the slip of a slow ramp counts as if it had reached its largest value
+# in so many rows.
+_MOST_ROWS_TO_LARGEST_SLIP = 1000
+# Cubic.
 _SPLINE_DEGREE = 3
-# What spline, kind of lag and smoothing leave of mu, relative, beside noise: 24 simulated ramps of
-# two curves that no law has are off by 0.1 to 0.4 %, all their points alike.
+# Relative error of mu that the spline, the kind of lag and the smoothing make beside noise. 24
+# simulated ramps of two curves that no law has are off by 0.1 to 0.4 %, all their points alike.
 _RELATIVE_CURVE_ERROR = 0.003
-# Relative size below which a column counts as empty.
+# A column below this share of the size of all columns counts as empty.
 _EMPTY_COLUMN_SIZE = 1e-10
-# A filter with a time constant below this share of the time of a row changes nothing.
+# A filter with a time constant below this share of the time between rows changes nothing.
 _SHORTEST_FILTER_ROWS = 1e-3
-# Where the lag is not seen: number of lags that stand for its range, and the shares of the filter
-# in a lag; the rest is delay.
+# If the run does not show its lag, so many lags stand for the range.
 _LAGS_TRIED = 9
+# Shares of the filter in a lag that are tried. The rest of the lag is delay.
 _FILTER_SHARES = (0.0, 0.5, 1.0)
-# Evaluations in the search of a lag.
+# The search of a lag ends after so many evaluations.
 _MOST_EVALUATIONS = 30
-# The force may be read before the slip of its row, by so many rows.
+# The force may be read before the slip of its row, by at most so many rows.
 _EARLIEST_LAG_ROWS = 0.5
-# A spike is compared with the median of so many readings.
-_READINGS_OF_MEDIAN = 9
-# Rising and falling slip show the lag where both cover so much of the slips.
+# A spike is compared with the median of so many samples.
+_SAMPLES_OF_MEDIAN = 9
+# Rising and falling slip may show the lag if both cover at least this share of the slips.
 _LEAST_COVERED_SHARE = 1 / 2
-# A lag that is found beyond this share of its range may be longer.
+# The share is counted at so many slips.
+_SLIPS_OF_COVER = 200
+# Both directions of slip show the zero if the smaller of their largest slips is at least this share
+# of the larger one.
+_LEAST_SHARE_OF_OTHER_DIRECTION = 1 / 2
+# If the lag is beyond this share of its range, it may be longer than the range.
 LARGEST_SHARE_OF_RANGE = 0.95
 
 
 @dataclass(frozen=True)
-class RampReadings:
+class RampPoints:
     """Traction coefficients at slips that a ramp passes.
 
     Attributes:
-        slip: Slide-roll ratio with its sign, shape (readings,).
-        mu: Traction coefficient with the sign of the slip, less the zero, shape (readings,).
-        mu_se: Its standard error, which contains that of the method, shape (readings,).
-        starts: Index of the first sample whose slip is nearest to that of the reading, shape
-            (readings,).
-        stops: Index after the last such sample, shape (readings,).
-        spike_counts: Number of spikes of the force between them, shape (readings,).
+        slip: Slide-roll ratio with its sign, shape (points,).
+        mu: Traction coefficient with the sign of the slip, less the zero, shape (points,).
+        mu_se: Its standard error, which contains that of the method, shape (points,).
+        starts: Index of the first sample whose slip is nearest to that of the point, shape
+            (points,).
+        stops: Index after the last such sample, shape (points,).
+        spike_counts: Number of spikes of the force between them, shape (points,).
         lag: The lag of the force.
         drift_n: Change of the zero from the first row to the last; 0 where none was asked for.
     """
@@ -137,9 +155,10 @@ class _Ramp:
         slip_noise: Standard deviation of its noise.
         force_n: Traction force.
         load_n: Load.
-        weight: Factor on the residual of each row: one over its standard deviation.
-        branch_of_row: Number of the branch of each row: on a branch the size of the slip rises, or
-            it falls.
+        row_weight: Factor on the residual of each row: noise of the force over the noise of the
+            row, 1 at most.
+        branch_of_row: Index of the branch of each row. On one branch the size of the slip rises
+            all the time, or it falls all the time.
         samples_per_row: Samples that are averaged to a row.
     """
 
@@ -149,7 +168,7 @@ class _Ramp:
     slip_noise: float
     force_n: FloatArray
     load_n: FloatArray
-    weight: FloatArray
+    row_weight: FloatArray
     branch_of_row: IndexArray
     samples_per_row: int
 
@@ -179,7 +198,7 @@ class _Trial:
 def is_ramp(
     run: Run, plateau_settings: PlateauSettings, rolling_slip: float, is_held: BoolArray
 ) -> bool:
-    """Whether the slip of a run moves all the time, in place of steps.
+    """Whether the slip of a run changes continuously. False if it is held in levels.
 
     Args:
         run: The run, divided into levels.
@@ -187,36 +206,39 @@ def is_ramp(
         rolling_slip: Slip below which the rig rolls.
         is_held: Plateaus whose slip is steady, shape (plateaus,).
     """
-    slip = run.working_signals["slide_roll_ratio"]
-    sliding_rows = np.flatnonzero(np.abs(slip) > rolling_slip)
-    if len(sliding_rows) < _FEWEST_ROWS:
+    slip = run.turning_signals["slide_roll_ratio"]
+    sliding_index = np.flatnonzero(np.abs(slip) > rolling_slip)
+    if len(sliding_index) < _FEWEST_SAMPLES:
         return False
-    sliding_s = len(sliding_rows) * run.signals.interval_s
+    sliding_s = len(sliding_index) * run.signals.interval_s
     is_level = is_held & (np.abs(run.plateaus["slide_roll_ratio"]) > rolling_slip)
     is_level &= run.plateaus["duration_s"] >= plateau_settings.min_duration_s
     if run.plateaus["duration_s"][is_level].sum() > _LARGEST_HELD_SHARE * sliding_s:
         return False
-    sliding_slip = slip[sliding_rows[0] : sliding_rows[-1] + 1]
+    sliding_slip = slip[sliding_index[0] : sliding_index[-1] + 1]
     slip_scales = (sliding_slip, np.arcsinh(sliding_slip / _SLIP_SCALE))
-    if max(_share_of_time(scaled_slip) for scaled_slip in slip_scales) < _LEAST_SHARE_OF_TIME:
+    if max(_time_share_of_path(scaled_slip) for scaled_slip in slip_scales) < _LEAST_TIME_OF_PATH:
         return False
     if not _goes_from_turn_to_turn(sliding_slip):
         return False
-    rows_per_change = max(round(_CHANGE_TIME_S / run.signals.interval_s), 1)
+    samples_per_change = max(round(_CHANGE_TIME_S / run.signals.interval_s), 1)
     return (
-        max(_share_of_squares(scaled_slip, rows_per_change) for scaled_slip in slip_scales)
-        >= _LEAST_SHARE_OF_SQUARES
+        max(_time_share_of_squares(scaled_slip, samples_per_change) for scaled_slip in slip_scales)
+        >= _LEAST_TIME_OF_SQUARES
     )
 
 
-def _share_of_time(signal: FloatArray) -> float:
-    """Smallest share of the time in which a signal covers most of its path."""
+def _time_share_of_path(signal: FloatArray) -> float:
+    """Smallest share of the time in which a signal makes most of its path."""
     window_means = _block_means(signal, max(len(signal) // _WINDOW_COUNT, 1))
     return _smallest_share(np.abs(np.diff(window_means)))
 
 
 def _goes_from_turn_to_turn(signal: FloatArray) -> bool:
-    """Whether the path of a signal is hardly longer than from turn to turn, as without noise."""
+    """Whether the signal moves straight from one turn to the next.
+
+    Noise would make its path longer.
+    """
     window_means = _block_means(signal, max(len(signal) // _WINDOW_COUNT, 1))
     signal_size = np.abs(window_means)
     size_at_turns = signal_size[[0, *_rows_of_turns(signal_size), len(signal_size) - 1]]
@@ -224,16 +246,16 @@ def _goes_from_turn_to_turn(signal: FloatArray) -> bool:
     return bool(path_length <= _LARGEST_PATH_RATIO * np.abs(np.diff(size_at_turns)).sum())
 
 
-def _share_of_squares(signal: FloatArray, rows_per_change: int) -> float:
+def _time_share_of_squares(signal: FloatArray, samples_per_change: int) -> float:
     """Smallest share of the time that has most of the squared changes of a signal.
 
     Small steps have them at their edges, a ramp all the time. A single fall to rolling is left out.
 
     Args:
-        signal: The signal, shape (rows,).
-        rows_per_change: Rows over which a change is taken.
+        signal: The signal, shape (samples,).
+        samples_per_change: Samples over which a change is taken.
     """
-    sorted_squares = np.sort(np.diff(_block_means(signal, rows_per_change)) ** 2)
+    sorted_squares = np.sort(np.diff(_block_means(signal, samples_per_change)) ** 2)
     return _smallest_share(sorted_squares[: round((1 - _SHARE_OF_A_FALL) * len(sorted_squares))])
 
 
@@ -243,7 +265,7 @@ def _smallest_share(changes: FloatArray) -> float:
     if len(running_sum) == 0 or running_sum[-1] == 0:
         return 0.0
     return float(
-        (1 + np.searchsorted(running_sum, _MOST_OF_THE_PATH * running_sum[-1])) / len(running_sum)
+        (1 + np.searchsorted(running_sum, _SHARE_CALLED_MOST * running_sum[-1])) / len(running_sum)
     )
 
 
@@ -254,12 +276,12 @@ class RampZero:
     Attributes:
         term_count: Number of terms: 0 where the force has no zero left, 1 for a constant zero, 2
             for a zero with a drift.
-        phases: What shows the zero, in words.
-        refusal: Why nothing shows it; None where something does.
+        shown_by: What shows the zero, in words: phases of rolling, or both directions of slip.
+        refusal: Why nothing shows the zero; None if something does.
     """
 
     term_count: int
-    phases: tuple[str, ...] = ()
+    shown_by: tuple[str, ...] = ()
     refusal: Refusal | None = None
 
 
@@ -269,26 +291,26 @@ def rolling_zero(
     """How the zero is found: by rolling at the ends of a ramp, or by both directions of slip.
 
     Args:
-        signals: The rows of the ramp, rolling included.
+        signals: The samples of the ramp, rolling included.
         zero_source_name: `semantics: zero` of the campaign.
         window_s: Time over which the slip is averaged to find rolling.
         settings: Shortest phase of rolling, and its largest slip.
     """
     if zero_source_name in ("standstill", "already_removed"):
         return RampZero(term_count=0)
-    phases = rolling_ends(signals, window_s, settings)
+    rolling_slices = rolling_ends(signals, window_s, settings)
     needed_phases = ("opening",) if zero_source_name == "opening_phase" else ("opening", "closing")
     for phase_name in needed_phases:
         phase_in_words = f"{phase_name} phase of pure rolling"
         refusal = short_phase_refusal(
-            signals, phases[phase_name], phase_in_words, settings.min_duration_s
+            signals, rolling_slices[phase_name], phase_in_words, settings.min_duration_s
         )
         if refusal is not None:
             if _slides_in_both_directions(signals["slide_roll_ratio"]):
                 # a drift looks like a part of the curve
-                return RampZero(term_count=1, phases=("both directions of slip",))
+                return RampZero(term_count=1, shown_by=("both directions of slip",))
             return RampZero(term_count=0, refusal=refusal)
-    return RampZero(term_count=len(needed_phases), phases=needed_phases)
+    return RampZero(term_count=len(needed_phases), shown_by=needed_phases)
 
 
 def rolling_ends(
@@ -297,40 +319,43 @@ def rolling_ends(
     """The samples before and after the sliding part of a ramp, by the name of the phase.
 
     Args:
-        signals: The rows of the ramp, rolling included.
+        signals: The samples of the ramp, rolling included.
         window_s: Time over which the slip is averaged to find rolling.
         settings: Largest slip of rolling.
     """
     slip = signals["slide_roll_ratio"]
-    window_rows = max(round(window_s / signals.interval_s), 1)
-    mean_slip = scipy.ndimage.uniform_filter1d(slip, window_rows, mode="nearest")
-    sliding_rows = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
-    if len(sliding_rows) == 0:
+    window_samples = max(round(window_s / signals.interval_s), 1)
+    mean_slip = scipy.ndimage.uniform_filter1d(slip, window_samples, mode="nearest")
+    sliding_index = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
+    if len(sliding_index) == 0:
         # a slip that alternates faster than the window has no ends of rolling
         return {"opening": slice(0, 0), "closing": slice(0, 0)}
     return {
-        "opening": slice(0, int(sliding_rows[0])),
-        "closing": slice(int(sliding_rows[-1]) + 1, len(slip)),
+        "opening": slice(0, int(sliding_index[0])),
+        "closing": slice(int(sliding_index[-1]) + 1, len(slip)),
     }
 
 
 def _slides_in_both_directions(slip: FloatArray) -> bool:
-    """Whether a run slides in both directions, so that what they have in common is the zero."""
+    """Whether a run slides far enough in both directions to show the zero.
+
+    mu changes its sign with the slip, and the zero does not.
+    """
     common_slip = min(slip.max(initial=0.0), -slip.min(initial=0.0))
-    return bool(common_slip >= _LEAST_COVERED_SHARE * np.abs(slip).max(initial=0.0) > 0)
+    return bool(common_slip >= _LEAST_SHARE_OF_OTHER_DIRECTION * np.abs(slip).max(initial=0.0) > 0)
 
 
-def ramp_readings(
+def ramp_points(
     signals: Signals,
     lag_range_s: Sequence[float],
     zero_term_count: int,
     least_slip: float,
     spike_threshold: float,
-) -> RampReadings | None:
-    """Traction coefficients on a ramp; None where it resolves too few slips.
+) -> RampPoints | None:
+    """Traction coefficients at points of a ramp. None if it resolves too few slips.
 
     Args:
-        signals: Its rows, rolling included, one after the other.
+        signals: Its samples, rolling included, one after the other.
         lag_range_s: Smallest and largest lag of the force behind the slip.
         zero_term_count: `RampZero.term_count`.
         least_slip: Smallest slip at which a point is given.
@@ -339,18 +364,18 @@ def ramp_readings(
     force_n, is_spike = _force_without_spikes(signals["traction_force_n"], spike_threshold)
     ramp = _averaged_ramp(signals, force_n)
     shortest_lag_s, longest_lag_s = lag_range_s
-    is_seen = longest_lag_s > shortest_lag_s and _shows_its_lag(ramp)
+    may_show_lag = longest_lag_s > shortest_lag_s and _may_show_its_lag(ramp)
     ramp = _weighted_ramp(ramp, longest_lag_s, zero_term_count)
-    trials, row_variance, is_seen = _weighted_trials(
-        ramp, shortest_lag_s, longest_lag_s, zero_term_count, is_seen
+    trials, effective_variance_n2, shows_lag = _weighted_trials(
+        ramp, shortest_lag_s, longest_lag_s, zero_term_count, may_show_lag
     )
-    slip_sizes, branch_of_reading = _slips_of_readings(ramp, trials[0].knots, least_slip)
-    if len(slip_sizes) < FEWEST_READINGS:
+    slip_sizes, branch_of_point = _slips_of_points(ramp, trials[0].knots, least_slip)
+    if len(slip_sizes) < FEWEST_POINTS:
         return None
     mu_of_trials, mu_se_of_trials, drift_n_of_trials = [], [], []
     for trial in trials:
         trial_mu, trial_mu_se, trial_drift_n = _curve_of_trial(
-            ramp, trial, zero_term_count, row_variance, slip_sizes, branch_of_reading
+            ramp, trial, zero_term_count, effective_variance_n2, slip_sizes, branch_of_point
         )
         mu_of_trials.append(trial_mu)
         mu_se_of_trials.append(trial_mu_se)
@@ -359,22 +384,22 @@ def ramp_readings(
     mu, mu_se = _mean_of_trials(np.array(mu_of_trials), np.array(mu_se_of_trials), weights)
     lag_s_of_trials = np.array([trial.lag_s for trial in trials])
     lag_s, lag_se_s = _mean_of_trials(lag_s_of_trials, np.zeros(len(lag_s_of_trials)), weights)
-    starts, stops = _rows_of_readings(ramp, slip_sizes, branch_of_reading)
+    starts, stops = _rows_of_points(ramp, slip_sizes, branch_of_point)
     signs = np.array(
-        [np.sign(median(ramp.slip[ramp.branch_of_row == branch])) for branch in branch_of_reading]
+        [np.sign(median(ramp.slip[ramp.branch_of_row == branch])) for branch in branch_of_point]
     )
     has_rows = stops > starts
     starts = starts[has_rows] * ramp.samples_per_row
     stops = stops[has_rows] * ramp.samples_per_row
     stretches = Stretches(starts, stops)
-    return RampReadings(
+    return RampPoints(
         slip=(signs * slip_sizes)[has_rows],
         mu=(signs * mu)[has_rows],
         mu_se=np.hypot(mu_se, _RELATIVE_CURVE_ERROR * mu)[has_rows],
         starts=starts,
         stops=stops,
         spike_counts=stretches.counts(stretches.cut(is_spike.astype(float)) > 0),
-        lag=ForceLag(float(lag_s), float(lag_se_s), is_seen, (shortest_lag_s, longest_lag_s)),
+        lag=ForceLag(float(lag_s), float(lag_se_s), shows_lag, (shortest_lag_s, longest_lag_s)),
         drift_n=float(weights @ np.array(drift_n_of_trials)),
     )
 
@@ -395,7 +420,7 @@ def _mean_of_trials(
 
 def _force_without_spikes(force_n: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
     """The force with the median of its neighbours in place of spikes, and the mask of spikes."""
-    median_force_n = scipy.ndimage.median_filter(force_n, _READINGS_OF_MEDIAN, mode="nearest")
+    median_force_n = scipy.ndimage.median_filter(force_n, _SAMPLES_OF_MEDIAN, mode="nearest")
     # a force without noise has no spikes
     limit_n = threshold * _noise_sd(force_n) or np.inf
     is_spike = np.abs(force_n - median_force_n) > limit_n
@@ -413,7 +438,7 @@ def _averaged_ramp(signals: Signals, force_n: FloatArray) -> _Ramp:
     samples_per_row = -(-len(signals) // _MOST_ROWS)
     slip = _block_means(signals["slide_roll_ratio"], samples_per_row)
     interval_s = signals.interval_s * samples_per_row
-    # at low slip the noise of the slip is a large force
+    # At low slip the curve is steep, so noise of the slip counts like a large noise of the force.
     window_rows = max(2 * round(_SMOOTHING_TIME_S / interval_s / 2) + 1, _FEWEST_ROWS_SMOOTHED)
     parabola_weights = scipy.signal.savgol_coeffs(window_rows, polyorder=2)
     smooth_slip = scipy.ndimage.convolve1d(slip, parabola_weights, mode="nearest")
@@ -429,7 +454,7 @@ def _averaged_ramp(signals: Signals, force_n: FloatArray) -> _Ramp:
         slip_noise=slip_noise * float(np.sqrt(np.sum(parabola_weights**2))),
         force_n=_block_means(force_n, samples_per_row),
         load_n=_block_means(signals["load_n"], samples_per_row),
-        weight=np.ones(len(slip)),
+        row_weight=np.ones(len(slip)),
         branch_of_row=_branch_of_rows(np.abs(smooth_slip)),
         samples_per_row=samples_per_row,
     )
@@ -450,9 +475,10 @@ def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _
     if force_noise_n == 0:
         return ramp
     knots = _knots(ramp, _KNOT_RATIOS[-1])
-    best_lag = _best_lag(ramp, knots, longest_lag_s, zero_term_count)
+    # the slope is that of a first fit, in which all rows have the same weight
+    lag_fit = _lag_fit(ramp, knots, longest_lag_s, zero_term_count)
     curve_columns, zero_columns = _design_columns(ramp, knots, zero_term_count)
-    logged_curve = _columns_as_logged(curve_columns, best_lag.x[0], best_lag.x[1], ramp.interval_s)
+    logged_curve = _columns_as_logged(curve_columns, lag_fit.x[0], lag_fit.x[1], ramp.interval_s)
     coefficients, _ = _least_squares(np.hstack([logged_curve, zero_columns]), ramp.force_n)
     size = np.abs(ramp.slip)
     slip_step = knots[0] / 10
@@ -462,7 +488,7 @@ def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _
     slope_n = (
         ramp.load_n * (basis_change @ coefficients[: curve_columns.shape[1]]) / (2 * slip_step)
     )
-    return replace(ramp, weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
+    return replace(ramp, row_weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
 
 
 def _rows_of_turns(size: FloatArray) -> list[int]:
@@ -504,14 +530,14 @@ def _branch_of_rows(size: FloatArray) -> IndexArray:
     return branch_of_row
 
 
-def _shows_its_lag(ramp: _Ramp) -> bool:
-    """Whether rising and falling slip both cover half of the slips."""
+def _may_show_its_lag(ramp: _Ramp) -> bool:
+    """Whether rising and falling slip both cover so many slips that they may show the lag."""
     size = np.abs(ramp.slip)
-    slip_grid = np.linspace(0.0, size.max(), _WINDOW_COUNT)
-    # rising or not -> which slips it covers
+    slip_grid = np.linspace(0.0, size.max(), _SLIPS_OF_COVER)
+    # whether the slip rises -> mask of the slips that it covers
     is_covered_by_direction = {
-        True: np.zeros(_WINDOW_COUNT, dtype=bool),
-        False: np.zeros(_WINDOW_COUNT, dtype=bool),
+        True: np.zeros(_SLIPS_OF_COVER, dtype=bool),
+        False: np.zeros(_SLIPS_OF_COVER, dtype=bool),
     }
     for start, stop in pairwise([0, *_rows_of_turns(size), len(size) - 1]):
         low, high = sorted((size[start], size[stop]))
@@ -529,7 +555,9 @@ def _knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
     size = np.abs(ramp.slip)
     largest_slip = float(size.max())
     slip_steps = np.abs(np.diff(size))[size[1:] > _FIRST_KNOT_SLIP]
-    least_distance = _ROWS_PER_KNOT * max(median(slip_steps), largest_slip / _MOST_ROWS)
+    least_distance = _ROWS_PER_KNOT * max(
+        median(slip_steps), largest_slip / _MOST_ROWS_TO_LARGEST_SLIP
+    )
     knots = [max(_FIRST_KNOT_SLIP, least_distance)]
     while knots[-1] < largest_slip:
         knots.append(max(knots[-1] * knot_ratio, knots[-1] + least_distance))
@@ -541,14 +569,14 @@ def _knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
 
 
 def _spline_basis(size: FloatArray, knots: FloatArray) -> FloatArray:
-    """Cubic B-splines in the size of the slip that are 0 at no slip, shape (n, splines)."""
+    """Cubic B-splines in the size of the slip that are 0 at zero slip, shape (n, knots + 2)."""
     end_knots = np.full(_SPLINE_DEGREE + 1, knots[-1])
     padded_knots = np.concatenate([np.zeros(_SPLINE_DEGREE + 1), knots[:-1], end_knots])
     clipped_size = np.clip(size, 0.0, knots[-1])
     splines = scipy.interpolate.BSpline.design_matrix(
         clipped_size, padded_knots, _SPLINE_DEGREE
     ).toarray()
-    # at no slip only the first one is not 0
+    # At zero slip only the first spline is not 0. It is left out.
     return np.asarray(splines[:, 1:])
 
 
@@ -573,9 +601,14 @@ def _columns_as_logged(
     if filter_s < _SHORTEST_FILTER_ROWS * interval_s:
         return np.asarray(delayed)
     decay = np.exp(-interval_s / filter_s)
-    mean_age = (1 - decay) * filter_s / interval_s
+    # mean of the decay over the time between rows: exact for signals that are straight there
+    mean_decay = (1 - decay) * filter_s / interval_s
     filtered, _ = scipy.signal.lfilter(
-        [1 - mean_age, mean_age - decay], [1.0, -decay], delayed, axis=0, zi=mean_age * delayed[:1]
+        [1 - mean_decay, mean_decay - decay],
+        [1.0, -decay],
+        delayed,
+        axis=0,
+        zi=mean_decay * delayed[:1],
     )
     return np.asarray(filtered)
 
@@ -591,7 +624,11 @@ def _design_columns(
 
 
 def _weighted_trials(
-    ramp: _Ramp, shortest_lag_s: float, longest_lag_s: float, zero_term_count: int, is_seen: bool
+    ramp: _Ramp,
+    shortest_lag_s: float,
+    longest_lag_s: float,
+    zero_term_count: int,
+    may_show_lag: bool,
 ) -> tuple[list[_Trial], float, bool]:
     """Lags with their weights, the variance for means, and whether the ramp shows its lag.
 
@@ -599,72 +636,75 @@ def _weighted_trials(
         ramp: The ramp.
         shortest_lag_s: Smallest lag of the force behind the slip.
         longest_lag_s: Largest lag.
-        zero_term_count: As for `ramp_readings`.
-        is_seen: Whether rising and falling slip may show the lag.
+        zero_term_count: As for `ramp_points`.
+        may_show_lag: Whether rising and falling slip may show the lag.
 
     Returns:
-        The trials, the variance as by `_variance_for_means`, and whether the best lag is certain.
+        The trials; the variance as by `_variance_for_means`; whether the ramp shows its lag, that
+        is, whether the rows narrow it down.
     """
     knots_by_spacing = [_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
-    best_lags = [
-        _best_lag(ramp, knots, longest_lag_s, zero_term_count) for knots in knots_by_spacing
-    ]
-    row_variance = min(
-        _variance_for_means(best_lag.fun, len(knots))
-        for best_lag, knots in zip(best_lags, knots_by_spacing, strict=True)
+    lag_fits = [_lag_fit(ramp, knots, longest_lag_s, zero_term_count) for knots in knots_by_spacing]
+    effective_variance_n2 = min(
+        _variance_for_means(lag_fit.fun, len(knots))
+        for lag_fit, knots in zip(lag_fits, knots_by_spacing, strict=True)
     )
     trials_by_spacing = [
-        _trials_around_best(best_lag, row_variance, knots)
-        for best_lag, knots in zip(best_lags, knots_by_spacing, strict=True)
+        _trials_around_best(lag_fit, effective_variance_n2, knots)
+        for lag_fit, knots in zip(lag_fits, knots_by_spacing, strict=True)
     ]
-    is_seen = is_seen and all(
+    shows_lag = may_show_lag and all(
         _is_narrow(trials, shortest_lag_s, longest_lag_s) for trials in trials_by_spacing
     )
-    if not is_seen:
+    if not shows_lag:
         trials_by_spacing = [
             _trials_over_range(shortest_lag_s, longest_lag_s, knots) for knots in knots_by_spacing
         ]
-    sum_of_squares = np.array([np.sum(best_lag.fun**2) for best_lag in best_lags])
+    sum_of_squares = np.array([np.sum(lag_fit.fun**2) for lag_fit in lag_fits])
     spline_counts = np.array([len(knots) for knots in knots_by_spacing])
-    deviances = sum_of_squares / row_variance + spline_counts * np.log(len(ramp.slip))
+    deviances = sum_of_squares / effective_variance_n2 + spline_counts * np.log(len(ramp.slip))
     weights = np.exp(-(deviances - deviances.min()) / 2)
     weights /= weights.sum()
     trials: list[_Trial] = []
     for trials_of_spacing, weight in zip(trials_by_spacing, weights.tolist(), strict=True):
         trials += [replace(trial, weight=trial.weight * weight) for trial in trials_of_spacing]
-    return trials, row_variance, is_seen
+    return trials, effective_variance_n2, shows_lag
 
 
-def _best_lag(
+def _lag_fit(
     ramp: _Ramp, knots: FloatArray, longest_lag_s: float, zero_term_count: int
 ) -> scipy.optimize.OptimizeResult:
-    """Filter and delay, in `x`, with which one curve for all branches leaves the least squares."""
+    """The fit of filter and delay, in `x`, with one curve for all branches.
+
+    The search starts at a quarter of the longest lag: as delay, as filter, and as half of both. The
+    best of the three ends counts.
+    """
     curve_columns, zero_columns = _design_columns(ramp, knots, zero_term_count)
-    weighted_force_n = ramp.weight * ramp.force_n
+    weighted_force_n = ramp.row_weight * ramp.force_n
 
     def residual(filter_and_delay_s: FloatArray) -> FloatArray:
         logged_curve = _columns_as_logged(
             curve_columns, filter_and_delay_s[0], filter_and_delay_s[1], ramp.interval_s
         )
-        weighted_columns = ramp.weight[:, np.newaxis] * np.hstack([logged_curve, zero_columns])
+        weighted_columns = ramp.row_weight[:, np.newaxis] * np.hstack([logged_curve, zero_columns])
         coefficients, _ = _least_squares(weighted_columns, weighted_force_n)
         return np.asarray(weighted_force_n - weighted_columns @ coefficients)
 
     early_s = _EARLIEST_LAG_ROWS * ramp.interval_s
     bounds = ([0.0, -early_s], [max(longest_lag_s, early_s), max(longest_lag_s, early_s)])
-    first_lags = [
+    start_points = [
         (share * longest_lag_s / 4, (1 - share) * longest_lag_s / 4) for share in _FILTER_SHARES
     ]
     results = [
         scipy.optimize.least_squares(
             residual,
-            first_lag,
+            start_point,
             bounds=bounds,
             x_scale=ramp.interval_s,
             diff_step=[1e-3, 1e-3],
             max_nfev=_MOST_EVALUATIONS,
         )
-        for first_lag in first_lags
+        for start_point in start_points
     ]
     return min(results, key=lambda result: result.cost)
 
@@ -680,16 +720,17 @@ def _variance_for_means(residual: FloatArray, spline_count: int) -> float:
 
 
 def _trials_around_best(
-    best_lag: scipy.optimize.OptimizeResult, row_variance: float, knots: FloatArray
+    lag_fit: scipy.optimize.OptimizeResult, effective_variance_n2: float, knots: FloatArray
 ) -> list[_Trial]:
     """Four lags of equal weight, which have the best lag as mean and its covariance."""
-    covariance = row_variance * np.linalg.pinv(best_lag.jac.T @ best_lag.jac)
+    covariance = effective_variance_n2 * np.linalg.pinv(lag_fit.jac.T @ lag_fit.jac)
     lag_variances, directions = np.linalg.eigh(covariance)
     trials: list[_Trial] = []
     for lag_variance, direction in zip(lag_variances, directions.T, strict=True):
         for side in (-1.0, 1.0):
-            filter_s, delay_s = best_lag.x + side * np.sqrt(2 * max(lag_variance, 0.0)) * direction
-            # how a lag is divided matters little: no part of it is negative
+            filter_s, delay_s = lag_fit.x + side * np.sqrt(2 * max(lag_variance, 0.0)) * direction
+            # how a lag is divided between filter and delay matters little. The filter must not be
+            # negative, nor longer than the lag
             lag_s = filter_s + delay_s
             filter_s = np.clip(filter_s, 0.0, max(lag_s, 0.0))
             trials.append(_Trial(knots, float(filter_s), float(lag_s - filter_s), 1 / 4))
@@ -697,7 +738,10 @@ def _trials_around_best(
 
 
 def _is_narrow(trials: list[_Trial], shortest_lag_s: float, longest_lag_s: float) -> bool:
-    """Whether lags are nearer to each other than those of the range are."""
+    """Whether lags scatter less than lags that are spread evenly over the range.
+
+    The standard deviation of these is the length of the range over sqrt(12).
+    """
     lags_s = np.array([trial.lag_s for trial in trials])
     return float(np.std(lags_s)) < (longest_lag_s - shortest_lag_s) / np.sqrt(12)
 
@@ -720,12 +764,13 @@ def _trials_over_range(
     ]
 
 
-def _slips_of_readings(
+def _slips_of_points(
     ramp: _Ramp, knots: FloatArray, least_slip: float
 ) -> tuple[FloatArray, IndexArray]:
-    """Sizes of slip at which points are given, and the branch of each; both of shape (readings,).
+    """Sizes of slip at which points are given, and the branch of each; both of shape (points,).
 
-    A slip is not resolved where the ramp comes from half of it within the time of smoothing.
+    A slip is resolved only if the ramp takes longer than the time of smoothing from half of the
+    slip to the slip.
     """
     fewest_rows = max(_SMOOTHING_TIME_S / ramp.interval_s, _FEWEST_ROWS_TO_RESOLVE)
     slip_sizes: list[float] = []
@@ -744,26 +789,26 @@ def _curve_of_trial(
     ramp: _Ramp,
     trial: _Trial,
     zero_term_count: int,
-    row_variance: float,
+    effective_variance_n2: float,
     slip_sizes: FloatArray,
-    branch_of_reading: IndexArray,
+    branch_of_point: IndexArray,
 ) -> tuple[FloatArray, FloatArray, float]:
-    """Sizes of mu, their standard errors, both of shape (readings,), and the drift of the zero.
+    """Sizes of mu, their standard errors, both of shape (points,), and the drift of the zero.
 
-    All branches together give the zero: one direction of slip could not tell it from its curve.
-    Then each branch has a curve of its own, because other gates compare the branches.
+    The zero is fitted to all branches together, with one curve: a single branch cannot tell the
+    zero from its curve. Then each branch gets a curve of its own, because gates compare branches.
 
     Args:
         ramp: The ramp.
         trial: The lag, and the knots of the spline.
-        zero_term_count: As for `ramp_readings`.
-        row_variance: Variance of a row that counts for means.
-        slip_sizes: Size of the slip of each reading, shape (readings,).
-        branch_of_reading: Number of the branch of each reading, shape (readings,).
+        zero_term_count: As for `ramp_points`.
+        effective_variance_n2: As by `_variance_for_means`.
+        slip_sizes: Size of the slip of each point, shape (points,).
+        branch_of_point: Index of the branch of each point, shape (points,).
     """
     curve_columns, zero_columns = _design_columns(ramp, trial.knots, zero_term_count)
-    weight = ramp.weight[:, np.newaxis]
-    weighted_force_n = ramp.weight * ramp.force_n
+    weight = ramp.row_weight[:, np.newaxis]
+    weighted_force_n = ramp.row_weight * ramp.force_n
     weighted_zero = weight * zero_columns
     common_curve = weight * _columns_as_logged(
         curve_columns, trial.filter_s, trial.delay_s, ramp.interval_s
@@ -773,7 +818,7 @@ def _curve_of_trial(
     )
     spline_count = curve_columns.shape[1]
     zero_coefficients = common_coefficients[spline_count:]
-    zero_covariance = row_variance * common_inverse[spline_count:, spline_count:]
+    zero_covariance = effective_variance_n2 * common_inverse[spline_count:, spline_count:]
 
     branches = np.unique(ramp.branch_of_row)
     curves_of_branches = [
@@ -787,22 +832,22 @@ def _curve_of_trial(
     coefficients, inverse = _least_squares(
         weighted_columns, weighted_force_n - weighted_zero @ zero_coefficients
     )
-    # at a reading only the splines of its own branch count
-    mu_of_coefficients = np.zeros((len(slip_sizes), len(coefficients)))
+    # at a point only the splines of its own branch count
+    basis_of_points = np.zeros((len(slip_sizes), len(coefficients)))
     basis = _spline_basis(slip_sizes, trial.knots)
     for branch_index, branch in enumerate(branches):
-        is_of_branch = branch_of_reading == branch
+        is_of_branch = branch_of_point == branch
         splines_of_branch = slice(branch_index * spline_count, (branch_index + 1) * spline_count)
-        mu_of_coefficients[is_of_branch, splines_of_branch] = basis[is_of_branch]
-    sensitivity_to_zero = mu_of_coefficients @ inverse @ (weighted_columns.T @ weighted_zero)
-    mu_variances = row_variance * np.einsum(
-        "ij,jk,ik->i", mu_of_coefficients, inverse, mu_of_coefficients
+        basis_of_points[is_of_branch, splines_of_branch] = basis[is_of_branch]
+    sensitivity_to_zero = basis_of_points @ inverse @ (weighted_columns.T @ weighted_zero)
+    mu_variances = effective_variance_n2 * np.einsum(
+        "ij,jk,ik->i", basis_of_points, inverse, basis_of_points
     )
     mu_variances += np.einsum(
         "ij,jk,ik->i", sensitivity_to_zero, zero_covariance, sensitivity_to_zero
     )
     drift_n = float(zero_coefficients[-1]) if zero_term_count > 1 else 0.0
-    return mu_of_coefficients @ coefficients, np.sqrt(mu_variances), drift_n
+    return basis_of_points @ coefficients, np.sqrt(mu_variances), drift_n
 
 
 def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -820,18 +865,18 @@ def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[FloatArray,
     return inverse @ (columns.T @ values), inverse
 
 
-def _rows_of_readings(
-    ramp: _Ramp, slip_sizes: FloatArray, branch_of_reading: IndexArray
+def _rows_of_points(
+    ramp: _Ramp, slip_sizes: FloatArray, branch_of_point: IndexArray
 ) -> tuple[IndexArray, IndexArray]:
-    """Start and stop of the rows of each reading, both of shape (readings,).
+    """Start and stop of the rows of each point, both of shape (points,).
 
-    The rows of a reading are those of its branch whose slip is nearest to that of the reading.
+    The rows of a point are those of its branch whose slip is nearest to that of the point.
     """
     starts = np.zeros(len(slip_sizes), dtype=np.int64)
     stops = np.zeros(len(slip_sizes), dtype=np.int64)
-    for branch in np.unique(branch_of_reading):
-        readings_of_branch = np.flatnonzero(branch_of_reading == branch)
-        slips_of_branch = slip_sizes[readings_of_branch]
+    for branch in np.unique(branch_of_point):
+        point_index_of_branch = np.flatnonzero(branch_of_point == branch)
+        slips_of_branch = slip_sizes[point_index_of_branch]
         middle_slips = (slips_of_branch[1:] + slips_of_branch[:-1]) / 2
         size = np.abs(ramp.slip)
         # rows of rolling belong to no slip
@@ -839,9 +884,9 @@ def _rows_of_readings(
             (ramp.branch_of_row == branch) & (size > slips_of_branch[0] / _KNOT_RATIOS[0])
         )
         nearest_index = np.searchsorted(middle_slips, size[rows_of_branch])
-        for index, reading in enumerate(readings_of_branch):
-            nearest_rows = rows_of_branch[nearest_index == index]
+        for index_in_branch, point_index in enumerate(point_index_of_branch):
+            nearest_rows = rows_of_branch[nearest_index == index_in_branch]
             if len(nearest_rows):
-                starts[reading] = nearest_rows[0]
-                stops[reading] = nearest_rows[-1] + 1
+                starts[point_index] = nearest_rows[0]
+                stops[point_index] = nearest_rows[-1] + 1
     return starts, stops

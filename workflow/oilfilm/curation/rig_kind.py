@@ -123,7 +123,7 @@ class Run:
     Attributes:
         rig: The rig.
         signals: All samples of the run.
-        working_signals: The samples at which the rig turns, without the phases that give the zero.
+        turning_signals: The samples at which the rig turns, without the phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
         refusal: What was found wrong while the run was measured, mostly with its zero; else None.
@@ -134,7 +134,7 @@ class Run:
 
     rig: "RigKind"
     signals: Signals
-    working_signals: Signals
+    turning_signals: Signals
     plateaus: Columns
     refusal: Refusal | None = None
     short_level_refusals: Sequence[Refusal] = ()
@@ -155,7 +155,7 @@ class Division:
             time.
         rest_in_words: What the rig does in the phases, in words.
         phases_in_levels: Whether the phases are parts of levels. The rest of these gives plateaus.
-        working_samples: Mask or slice of `signals`: the samples at which the rig turns.
+        turning_samples: Mask or slice of `signals`: the samples at which the rig turns.
         short_level_refusals: Levels that ended before they settled and give no plateau.
     """
 
@@ -166,7 +166,7 @@ class Division:
     phases: Mapping[str, slice]
     rest_in_words: str = "standstill"
     phases_in_levels: bool = False
-    working_samples: BoolArray | slice = field(default_factory=lambda: slice(None))
+    turning_samples: BoolArray | slice = field(default_factory=lambda: slice(None))
     short_level_refusals: Sequence[Refusal] = ()
 
 

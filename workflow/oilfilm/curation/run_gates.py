@@ -161,7 +161,7 @@ def held_readings(run: Run, rig: RigKind) -> RefusalFields:
 def stuck_channel(run: Run, rig: RigKind) -> RefusalFields:
     """A signal that shows noise stops moving for part of the run."""
     for channel in run.rig.channels:
-        values = run.working_signals[channel.column]
+        values = run.turning_signals[channel.column]
         start, stop = _long_hold(values, run, rig)
         if start == stop:
             continue
@@ -172,7 +172,7 @@ def stuck_channel(run: Run, rig: RigKind) -> RefusalFields:
             continue
         expected_holds = len(values) * repeat_share ** (stop - start)
         if expected_holds < rig.stuck_settings.chance:
-            row_range = run.working_signals.row_range(start, stop - 1)
+            row_range = run.turning_signals.row_range(start, stop - 1)
             yield {"channel": channel, "value": values[start], **row_range}
 
 
@@ -309,7 +309,7 @@ def _branches_in_direction(
 def saturated(run: Run, rig: RigKind) -> RefusalFields:
     """A sensor is at the end of its range for part of the run."""
     for channel in (run.rig.sensor, run.rig.channels[0]):
-        values = run.working_signals[channel.column]
+        values = run.turning_signals[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             index_at_extreme = np.flatnonzero(values == extreme)
             share = len(index_at_extreme) / max(len(values), 1)
@@ -324,7 +324,7 @@ def saturated(run: Run, rig: RigKind) -> RefusalFields:
                 and _piled_up(values, extreme, rig.gates.piled_up_factor)
                 and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
-                row_range = run.working_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
+                row_range = run.turning_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
                 yield {"channel": channel, "extreme": extreme, "share": share, **row_range}
 
 
@@ -344,7 +344,7 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 @gate
 def stuck_sensor(run: Run, rig: RigKind) -> RefusalFields:
     """The sensor gives exactly the same reading again and again."""
-    values = run.working_signals[run.rig.sensor.column]
+    values = run.turning_signals[run.rig.sensor.column]
     start, stop = _long_hold(values, run, rig)
     if start == stop:
         return
@@ -353,7 +353,7 @@ def stuck_sensor(run: Run, rig: RigKind) -> RefusalFields:
     if len(different_values) >= _FEWEST_VALUES and not is_noise(without_repeats(values)):
         step = f"; it moves in steps of {np.diff(different_values).min():.2g}"
         hint = f"{step}: log it with more digits, if that is its last one"
-    yield {"value": values[start], "hint": hint, **run.working_signals.row_range(start, stop - 1)}
+    yield {"value": values[start], "hint": hint, **run.turning_signals.row_range(start, stop - 1)}
 
 
 @gate
@@ -547,7 +547,7 @@ def _noise_of_samples(run: Run) -> FloatArray:
     """
     if _is_settled(run):
         return np.empty(0)
-    readings = run.working_signals[run.rig.sensor.column]
+    readings = run.turning_signals[run.rig.sensor.column]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
@@ -568,7 +568,7 @@ def soft_saturation(run: Run, rig: RigKind) -> RefusalFields:
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
         return
-    reading_sizes = np.abs(run.working_signals[run.rig.sensor.column][1:-1])
+    reading_sizes = np.abs(run.turning_signals[run.rig.sensor.column][1:-1])
     largest_size = np.quantile(reading_sizes, _LARGEST_QUANTILE)
     is_small = reading_sizes < _SMALL_SHARE * largest_size
     is_large = reading_sizes > _LARGE_SHARE * largest_size

@@ -97,7 +97,7 @@ class TorqueRig(RigKind):
             stops,
             rest_signals=signals,
             phases={"opening": slice(0, start), "closing": slice(stop, len(signals))},
-            working_samples=is_turning,
+            turning_samples=is_turning,
             short_level_refusals=short_level_refusals,
         )
 

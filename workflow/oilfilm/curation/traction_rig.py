@@ -24,11 +24,11 @@ from oilfilm.curation.hypotheses import (
 )
 from oilfilm.curation.measure import average, find_steps, measure, settled_parts
 from oilfilm.curation.ramps import (
-    FEWEST_READINGS,
+    FEWEST_POINTS,
     LARGEST_SHARE_OF_RANGE,
-    RampReadings,
+    RampPoints,
     is_ramp,
-    ramp_readings,
+    ramp_points,
     rolling_ends,
     rolling_zero,
 )
@@ -239,7 +239,7 @@ class TractionRig(RigKind):
             return replace(run, refusal=refusal_by("zero_missing", "ramp_without_zero", **fields))
         removed_n, removed_se_n = self._zero_at_standstill(division, zero_source_name)
         sensor = self.sensor.column
-        readings = ramp_readings(
+        points_on_ramp = ramp_points(
             replace(signals, columns={**signals.columns, sensor: signals[sensor] - removed_n}),
             self._force_lag_range_s(rig_name),
             # terms that are fitted: 0 where no zero is left, 1 for a constant, 2 with a drift
@@ -247,21 +247,21 @@ class TractionRig(RigKind):
             self.zero_settings.max_slide_roll_ratio,
             self.settings.curation.spikes.threshold,
         )
-        if readings is None:
+        if points_on_ramp is None:
             return replace(
-                run, refusal=refusal_by("slip_ramps", "ramp_too_fast", fewest=FEWEST_READINGS)
+                run, refusal=refusal_by("slip_ramps", "ramp_too_fast", fewest=FEWEST_POINTS)
             )
-        averages = average(signals, readings.starts, readings.stops, self)
-        averages |= _columns_at_slips(averages, readings)
-        no_zero = np.zeros(len(readings.slip))
+        averages = average(signals, points_on_ramp.starts, points_on_ramp.stops, self)
+        averages |= _columns_at_slips(averages, points_on_ramp)
+        no_zero = np.zeros(len(points_on_ramp.slip))
         measured_run = replace(
             run,
-            plateaus=self.derive(averages, no_zero, removed_se_n[readings.starts]),
-            refusal=self._ramp_refusal(readings),
+            plateaus=self.derive(averages, no_zero, removed_se_n[points_on_ramp.starts]),
+            refusal=self._ramp_refusal(points_on_ramp),
             short_level_refusals=(),
             # names of phases, or in words that both directions of slip give the zero
-            zero_phases=zero.phases or tuple(division.phases),
-            force_lag=readings.lag,
+            zero_phases=zero.shown_by or tuple(division.phases),
+            force_lag=points_on_ramp.lag,
         )
         if zero_source_name == "already_removed" and measured_run.refusal is None:
             rolling_phases = rolling_ends(
@@ -309,9 +309,9 @@ class TractionRig(RigKind):
         has_transient = np.abs(run.plateaus["slip_transient"]) > self.gates.slip_transient_max
         return np.asarray(~(changes | has_transient))
 
-    def _ramp_refusal(self, readings: RampReadings) -> Refusal | None:
+    def _ramp_refusal(self, points_on_ramp: RampPoints) -> Refusal | None:
         """The refusal of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
-        lag = readings.lag
+        lag = points_on_ramp.lag
         shortest_s, longest_s = lag.tried_range_s
         # a number of standard errors
         error_s = self.gates.significant_errors * lag.lag_se_s
@@ -321,12 +321,12 @@ class TractionRig(RigKind):
         if lag.is_seen and (is_longer or is_shorter):
             limits = dict(least=shortest_s, most=longest_s)
             return refusal_by("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **limits)
-        if abs(readings.drift_n) > self.zero_settings.max_drift_n:
-            fields = dict(drift=readings.drift_n, allowed=self.zero_settings.max_drift_n)
+        if abs(points_on_ramp.drift_n) > self.zero_settings.max_drift_n:
+            fields = dict(drift=points_on_ramp.drift_n, allowed=self.zero_settings.max_drift_n)
             return refusal_by("zero_drift", sensor=self.sensor, **fields)
         # the relative error has no meaning where mu is near 0
-        is_sliding = np.abs(readings.slip) > self.gates.sign_slip_min
-        median_error = median(np.abs(readings.mu_se / readings.mu)[is_sliding])
+        is_sliding = np.abs(points_on_ramp.slip) > self.gates.sign_slip_min
+        median_error = median(np.abs(points_on_ramp.mu_se / points_on_ramp.mu)[is_sliding])
         largest_error = self.settings.curation.ramps.largest_error
         if median_error > largest_error:
             explanation = (
@@ -418,22 +418,22 @@ class TractionRig(RigKind):
         yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 
 
-def _columns_at_slips(averages: Columns, readings: RampReadings) -> Columns:
+def _columns_at_slips(averages: Columns, points_on_ramp: RampPoints) -> Columns:
     """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
-    unknown = unknown_values(len(readings.slip))
+    unknown = unknown_values(len(points_on_ramp.slip))
     return {
         "duration_s": unknown,
-        "n_spikes": readings.spike_counts,
-        "n_samples": readings.stops - readings.starts - readings.spike_counts,
+        "n_spikes": points_on_ramp.spike_counts,
+        "n_samples": points_on_ramp.stops - points_on_ramp.starts - points_on_ramp.spike_counts,
         "slide_roll_ratio_change": unknown,
         "slide_roll_ratio_transient": unknown,
         "traction_force_n_change": unknown,
         "traction_force_n_transient": unknown,
-        "slide_roll_ratio": readings.slip,
+        "slide_roll_ratio": points_on_ramp.slip,
         # a point is at its slip by definition
-        "slide_roll_ratio_se": np.zeros(len(readings.slip)),
-        "traction_force_n": readings.mu * averages["load_n"],
-        "traction_force_n_se": readings.mu_se * averages["load_n"],
+        "slide_roll_ratio_se": np.zeros(len(points_on_ramp.slip)),
+        "traction_force_n": points_on_ramp.mu * averages["load_n"],
+        "traction_force_n_se": points_on_ramp.mu_se * averages["load_n"],
     }
 
 
