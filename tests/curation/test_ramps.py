@@ -11,7 +11,9 @@ from hypothesis import strategies as st
 from bad_logs import CONFIG, csv
 from campaigns import rig_contact
 from nights import examples
+from oilfilm.curation import ramps
 from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.rig_kind import Signals
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolved import Settings
 
@@ -237,6 +239,35 @@ def test_any_slip_that_moves_ends_in_a_verdict(
         error = np.abs(points["traction_coefficient"].to_numpy() - true)
         allowed = 5 * points["traction_coefficient_se"].to_numpy().max() + 0.03 * true.max()
         assert np.median(error) < allowed
+
+
+@pytest.mark.parametrize("zero_term_count", [0, 2])
+def test_error_of_a_row_counts_every_parameter_of_the_fit(zero_term_count: int) -> None:
+    """Noise that a fit takes away, over its variance: the number of parameters in the mean."""
+    row_count, noise_n, load_n = 300, 0.05, 120.0
+    time_s = np.linspace(0.0, 130.0, row_count)
+    slip = TRIANGLE(time_s)
+    signals = Signals(
+        np.arange(row_count),
+        time_s,
+        {"slide_roll_ratio": slip, "load_n": np.full(row_count, load_n)},
+    )
+    lagged_force_n = np.interp(time_s - 0.9, time_s, load_n * mu(slip))
+    random = np.random.default_rng(1)
+    taken_away = []
+    for _ in range(20):
+        noise = noise_n * random.standard_normal(row_count)
+        rows = ramps._averaged_ramp(signals, lagged_force_n + noise)
+        knots = ramps._knots(rows, 1.4)
+        residual = ramps._lag_fit(rows, knots, 2.0, zero_term_count).fun
+        taken_away.append((np.sum(noise**2) - np.sum(residual**2)) / noise_n**2)
+    standard_error = np.std(taken_away) / np.sqrt(len(taken_away))
+    parameter_count = ramps._parameter_count(knots, zero_term_count)
+    assert abs(np.mean(taken_away) - parameter_count) < 3 * standard_error
+    # a residual that alternates has no autocorrelation that makes its error larger
+    alternating = np.resize([1.0, -1.0], row_count)
+    variance = ramps._variance_for_means(alternating, parameter_count)
+    assert variance == pytest.approx(row_count / (row_count - np.mean(taken_away)), rel=0.02)
 
 
 def test_zero_is_found_by_both_directions_or_refused() -> None:

@@ -646,7 +646,7 @@ def _weighted_trials(
     knots_by_spacing = [_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
     lag_fits = [_lag_fit(ramp, knots, longest_lag_s, zero_term_count) for knots in knots_by_spacing]
     effective_variance_n2 = min(
-        _variance_for_means(lag_fit.fun, len(knots))
+        _variance_for_means(lag_fit.fun, _parameter_count(knots, zero_term_count))
         for lag_fit, knots in zip(lag_fits, knots_by_spacing, strict=True)
     )
     trials_by_spacing = [
@@ -661,8 +661,10 @@ def _weighted_trials(
             _trials_over_range(shortest_lag_s, longest_lag_s, knots) for knots in knots_by_spacing
         ]
     sum_of_squares = np.array([np.sum(lag_fit.fun**2) for lag_fit in lag_fits])
-    spline_counts = np.array([len(knots) for knots in knots_by_spacing])
-    deviances = sum_of_squares / effective_variance_n2 + spline_counts * np.log(len(ramp.slip))
+    parameter_counts = np.array(
+        [_parameter_count(knots, zero_term_count) for knots in knots_by_spacing]
+    )
+    deviances = sum_of_squares / effective_variance_n2 + parameter_counts * np.log(len(ramp.slip))
     weights = np.exp(-(deviances - deviances.min()) / 2)
     weights /= weights.sum()
     trials: list[_Trial] = []
@@ -709,13 +711,24 @@ def _lag_fit(
     return min(results, key=lambda result: result.cost)
 
 
-def _variance_for_means(residual: FloatArray, spline_count: int) -> float:
-    """Variance of a row that gives the right error of a mean of many rows.
+def _parameter_count(knots: FloatArray, zero_term_count: int) -> int:
+    """Number of parameters that `_lag_fit` fits: those of the curve, of the zero and of the lag."""
+    spline_count = len(knots) + _SPLINE_DEGREE - 1  # one of `_spline_basis` is left out
+    return spline_count + zero_term_count + 2
 
-    It includes the autocorrelation of the rows.
+
+def _variance_for_means(residual: FloatArray, parameter_count: int) -> float:
+    """Effective variance of a row: that of a mean of n rows is 1/n of it.
+
+    It includes the autocorrelation of the rows. Without any it is the sum of squares over the
+    degrees of freedom.
+
+    Args:
+        residual: Weighted residual of each row, shape (rows,).
+        parameter_count: Number of parameters of the fit.
     """
     _, mean_se = mean_with_error(residual)
-    uncorrelated_variance = np.sum(residual**2) / max(len(residual) - 2 * spline_count, 1)
+    uncorrelated_variance = np.sum(residual**2) / max(len(residual) - parameter_count, 1)
     return float(max(mean_se**2 * len(residual), uncorrelated_variance))
 
 
