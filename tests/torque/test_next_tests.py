@@ -258,7 +258,7 @@ class Stepping:
 
     name: str = "stepping"
     constants: FloatArray | None = None
-    settings: BearingSettings = SETTINGS.bearing
+    bearing_settings: BearingSettings = SETTINGS.bearing
 
     @property
     def laws(self) -> Mapping[str, LawInBearing]:

@@ -113,9 +113,9 @@ def with_first_constant(value: float, rows: int = 1) -> np.ndarray:
 
 
 def torque(oil_in_bearing: OilInBearing, **changed_settings: float) -> np.ndarray:
-    settings = oil_in_bearing.settings.model_copy(update=changed_settings)
+    settings = oil_in_bearing.bearing_settings.model_copy(update=changed_settings)
     return (
-        replace(oil_in_bearing, settings=settings)
+        replace(oil_in_bearing, bearing_settings=settings)
         .calculate(BEARING, *LOAD_SPEEDS_TEMPERATURE)["torque_n_m"]
         .to_numpy()
     )
@@ -127,10 +127,12 @@ def with_shares(
     """Friction at operating points with each share of oil."""
     cases = []
     for oil_volume_fraction in oil_volume_fractions:
-        settings = oil_in_bearing.settings.model_copy(
+        settings = oil_in_bearing.bearing_settings.model_copy(
             update={"oil_volume_fraction": oil_volume_fraction}
         )
-        cases.append(CaseGroup(replace(oil_in_bearing, settings=settings), "stress", points))
+        cases.append(
+            CaseGroup(replace(oil_in_bearing, bearing_settings=settings), "stress", points)
+        )
     return Cases(BEARING, cases).calculate()
 
 
@@ -394,7 +396,9 @@ def held_by_interval(oil_name: str, seed: int, answer_count: int = 1) -> tuple[f
         }
     )
     no_refits = with_first_constant(0.0, 10)
-    shipped_oil = replace(oil(oil_name, no_refits, with_first_constant(0.0, 0)), settings=SETTINGS)
+    shipped_oil = replace(
+        oil(oil_name, no_refits, with_first_constant(0.0, 0)), bearing_settings=SETTINGS
+    )
     interval = Cases(
         SHIPPED, [CaseGroup(shipped_oil, "stress", points)]
     ).calculate_with_uncertainty(seed)[0]

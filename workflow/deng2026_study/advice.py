@@ -33,7 +33,7 @@ from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
 from oilfilm.torque.best_oil import (
     IntArray,
     arrays_by_oil,
@@ -121,7 +121,7 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction_source: s
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
     band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return joined([band.assign(traction=traction_source)], "advice_band")
+    return stacked([band.assign(traction=traction_source)], "advice_band")
 
 
 def advice_by_truth(
@@ -164,9 +164,9 @@ def advice_by_truth(
     advice_of_law = advice.drop(columns=["true_best_oil", "true_judgement"])
     with_truth = advice_of_law.merge(truth_columns, on=key_columns, how="left")
     return {
-        "slip_advice": joined([with_truth], "slip_advice"),
-        "advice_band": joined([band, band_of_truth], "advice_band"),
-        "true_cage_slip": joined([true_slip], "true_cage_slip"),
+        "slip_advice": stacked([with_truth], "slip_advice"),
+        "advice_band": stacked([band, band_of_truth], "advice_band"),
+        "true_cage_slip": stacked([true_slip], "true_cage_slip"),
     }
 
 
@@ -216,7 +216,7 @@ def advise(
     if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
     advice = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
-    return joined([advice], "slip_advice")
+    return stacked([advice], "slip_advice")
 
 
 def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap:

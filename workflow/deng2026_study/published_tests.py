@@ -1,7 +1,8 @@
 """Published tests of bearings beside the calculation.
 
-The drag is proportional to the oil's share of the volume between the rings, which no drawing gives.
-A published power loss wants little or none, a published cage slip wants much: no share fits both.
+The drag is proportional to the share of oil in the space between the rings. No drawing gives this
+share. A published power loss needs a small share or none. A published cage slip needs a large one.
+No share fits both.
 
 Decides: where the drag in a bearing comes from.
 """
@@ -14,7 +15,7 @@ import pandas as pd
 from deng2026_study.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
 
 
 def published_tests_table(
@@ -39,7 +40,7 @@ def published_tests_table(
         for test in published_tests.tests
         if test.oil in oil_by_name and test.bearing in settings.bearings
     ]
-    return joined(frames, "published_tests")
+    return stacked(frames, "published_tests")
 
 
 def _rows_of_test(
@@ -48,18 +49,23 @@ def _rows_of_test(
     """The rows of one published test beside the calculated values."""
     bearing = settings.bearings[test.bearing].bearing(test.bearing)
     published_rows = pd.DataFrame([row.model_dump() for row in test.rows], dtype=float)
-    # the calculated columns have the plain names
+    # columns with plain names are calculated. "low" and "high" are at the lowest and the highest
+    # fraction of oil
     operating_points = published_rows.rename(
         columns={"power_w": "published_power_w", "largest_cage_slip": "published_cage_slip"}
     ).assign(inlet_temperature_c=test.inlet_temperature_c)
     speed_rad_s = operating_points["inner_speed_rpm"] * RAD_S_PER_RPM
 
     def friction_with_fraction(oil_volume_fraction: float) -> pd.DataFrame:
-        """Friction at the operating points, by the law of maximum Hertz pressure."""
-        bearing_settings = oil.settings.model_copy(
+        """Friction at the operating points.
+
+        It is calculated by the traction law that has the maximum Hertz pressure as its load
+        variable.
+        """
+        bearing_settings = oil.bearing_settings.model_copy(
             update={"oil_volume_fraction": oil_volume_fraction}
         )
-        changed_oil = replace(oil, settings=bearing_settings)
+        changed_oil = replace(oil, bearing_settings=bearing_settings)
         return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).calculate()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range

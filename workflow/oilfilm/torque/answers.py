@@ -17,7 +17,7 @@ from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import INPUT_NAMES
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
 from oilfilm.torque.best_oil import best_oil_table, best_shares
 from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
 
@@ -209,8 +209,8 @@ def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[s
         lambda results: np.tile(has_shares, len(oils)),
     )
     return {
-        "bearing_answers": joined([answered.points], "bearing_answers"),
-        "variance_shares": joined([answered.shares], "variance_shares"),
+        "bearing_answers": stacked([answered.points], "bearing_answers"),
+        "variance_shares": stacked([answered.shares], "variance_shares"),
     }
 
 
@@ -311,7 +311,7 @@ def _with_ranges(
         oils: The oils.
         bearing: The bearing.
     """
-    settings = oils[0].settings
+    settings = oils[0].bearing_settings
     uncertain_input_by_name = {**bearing.uncertain, **settings.uncertain()}
     lowest_by_cause = {
         name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].low

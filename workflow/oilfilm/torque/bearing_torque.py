@@ -73,14 +73,14 @@ class OilInBearing:
             names of laws on load.
         tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
             the quantity; NaN where unknown.
-        settings: Section `bearing` of the settings.
+        bearing_settings: Section `bearing` of the settings.
     """
 
     name: str
     properties: Oil
     laws: Mapping[str, LawInBearing]
     tested_ranges: Mapping[str, tuple[float, float]]
-    settings: BearingSettings
+    bearing_settings: BearingSettings
 
     def with_constants(self, constants: FloatArray) -> "OilInBearing":
         """The oil with other constants of the campaign's law, with each of `LOAD_VARIABLES`.
@@ -174,8 +174,8 @@ class Cases:
                 Lubrication.flooded(
                     oil.properties,
                     points["inlet_temperature_c"].to_numpy(dtype=float),
-                    oil.settings.drag_coefficient,
-                    oil.settings.oil_volume_fraction,
+                    oil.bearing_settings.drag_coefficient,
+                    oil.bearing_settings.oil_volume_fraction,
                 )
             )
         self.points = pd.concat(tables_of_groups, ignore_index=True)
@@ -191,7 +191,7 @@ class Cases:
             inputs = Inputs.joined(
                 [
                     Inputs.without_draws(
-                        {**bearing.uncertain, **oil.settings.uncertain()}, len(points)
+                        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
                     )
                     for oil, _, points in groups
                 ]
@@ -237,7 +237,7 @@ class Cases:
     @property
     def _settings(self) -> BearingSettings:
         """Section `bearing` of the settings, which is the same for all oils."""
-        return self.oil_of_group[0].settings
+        return self.oil_of_group[0].bearing_settings
 
     def _for_each_point(self, values_of_groups: npt.ArrayLike) -> npt.NDArray[Any]:
         """Repeat the value of each group for each of its points: shape (points, ...)."""
@@ -483,7 +483,7 @@ def torque_table(
     calculated, _, _ = Cases(bearing, groups).calculate_with_uncertainty(settings.seed)
     compared = _compared_with_measured(bearing, calculated, measured_oils, settings)
     inversion = _inversion_table(bearing, measured_oils, compared, settings)
-    return joined([compared], "torque"), joined([inversion], "torque_inversion")
+    return stacked([compared], "torque"), stacked([inversion], "torque_inversion")
 
 
 def _compared_with_measured(
@@ -749,7 +749,7 @@ def _map_of_cage_slip(
     slip_limit = settings.bearing.cage_slip.slip_limit
     # in how many draws the oil is the best one
     best_oil_columns = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
-    return joined([calculated.assign(**best_oil_columns)], table_name)
+    return stacked([calculated.assign(**best_oil_columns)], table_name)
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -798,9 +798,9 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
                 relative_to_stress=calculated["traction_torque_n_m"] / stress_torque_n_m - 1,
             )
         )
-    joined_table = joined(terms_of_variants, "size_effect")
+    stacked_table = stacked(terms_of_variants, "size_effect")
     rank_of_oil = {oil.name: rank for rank, oil in enumerate(oils)}
-    return joined_table.sort_values(
+    return stacked_table.sort_values(
         "oil", key=lambda names: names.map(rank_of_oil), kind="stable", ignore_index=True
     )
 
@@ -829,10 +829,10 @@ def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
     )
 
 
-def joined(tables_to_join: Iterable[pd.DataFrame], table_name: str) -> pd.DataFrame:
+def stacked(tables_to_stack: Iterable[pd.DataFrame], table_name: str) -> pd.DataFrame:
     """A table from its parts, one below the other, with the declared columns only."""
-    frames = list(tables_to_join)
-    joined_table = pd.concat(frames, ignore_index=True) if frames else tables.empty(table_name)
+    frames = list(tables_to_stack)
+    stacked_table = pd.concat(frames, ignore_index=True) if frames else tables.empty(table_name)
     return tables.conform(
-        joined_table[tables.columns(table_name)], table_name, f"table {table_name}"
+        stacked_table[tables.columns(table_name)], table_name, f"table {table_name}"
     )

@@ -20,7 +20,7 @@ from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import present
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, joined
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
 from oilfilm.torque.best_oil import best_oil_table
 
 # Highest temperature of an oil in a bearing; no oil is a liquid above.
@@ -186,7 +186,7 @@ def heat_balance_table(
     with_heated_oil["heated_best_oil"] = _best_oil_of_rows(
         with_heated_oil, heated_map_results, settings
     )
-    return joined([with_heated_oil], "heat_balance")
+    return stacked([with_heated_oil], "heat_balance")
 
 
 def _best_oil_of_rows(

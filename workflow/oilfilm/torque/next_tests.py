@@ -37,7 +37,7 @@ from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.torque.answers import DUTY_COLUMNS, Budget, budgets, duty_points
-from oilfilm.torque.bearing_torque import OilInBearing, joined, oils_of_results
+from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results, stacked
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.torque.wanted_quantities import (
@@ -379,4 +379,4 @@ def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFram
             plans += [plan.table() for plan in plan_oil(results, settings, oil_name, request)]
         except OilfilmError as error:
             reasons.append(str(error))
-    return joined(plans, "test_plan"), reasons
+    return stacked(plans, "test_plan"), reasons

@@ -24,7 +24,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import scaled_conditions
 from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
 from oilfilm.tables.set_points import with_matched_set_points, with_measured_set_points
-from oilfilm.torque.bearing_torque import joined
+from oilfilm.torque.bearing_torque import stacked
 from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
 from oilfilm.torque.lacking_runs import (
     Levels,
@@ -340,4 +340,4 @@ def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.Data
             plans.append(plan_runs(measured, settings, oil_name).table())
         except OilfilmError as error:
             reasons.append(str(error))
-    return joined(plans, "run_plan"), reasons
+    return stacked(plans, "run_plan"), reasons

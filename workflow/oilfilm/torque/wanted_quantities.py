@@ -142,7 +142,9 @@ def wanted_in_bearing(
     calculated_without_moves = calculated.iloc[: len(duty)]
     coordinates = _coordinates_of_contacts(calculated_without_moves, duty, contact)[is_smooth]
     form_error = law_error(
-        oil.laws["stress"], calculated_without_moves[is_smooth], oil.settings.law_error_beyond
+        oil.laws["stress"],
+        calculated_without_moves[is_smooth],
+        oil.bearing_settings.law_error_beyond,
     )
     wanted_by_target = {}
     for target in BEARING_TARGETS:
