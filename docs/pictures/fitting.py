@@ -123,7 +123,7 @@ def fitted_problem() -> tuple[Problem, Optimum]:
     fit = simulated_fit()
     law, coefficients = fit.law.law, fit.law.coefficients
     data = curve_data(fit.table, law.conditions)
-    problem = build_problem(law, data, coefficients.is_followed_group)
+    problem = build_problem(law, data, coefficients.group_has_exponent)
     start = to_internal(law, coefficients.constants)[problem.is_free]
     return problem, polish(problem, start)
 

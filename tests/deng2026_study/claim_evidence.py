@@ -43,14 +43,14 @@ def evidence_of(
     config: Settings,
     *,
     truth_is_law: bool = False,
-    **measured: pd.DataFrame,
+    **tables: pd.DataFrame,
 ) -> Evidence:
-    """Laws with these constants, and tables of what was measured."""
+    """Laws with these constants, and tables of a campaign."""
     evidence = printed_evidence({oil: np.array(row) for oil, row in constants.items()}, config)
     return replace(
         evidence,
         falling_viscosity=OILS,
-        measured=CampaignTables.in_memory(**measured),
+        campaign_tables=CampaignTables.in_memory(**tables),
         truth_is_law=truth_is_law,
     )
 

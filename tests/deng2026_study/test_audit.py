@@ -579,9 +579,9 @@ def test_claims_are_judged_on_oils_of_the_paper(
     # beside an oil of the paper: that one alone is judged
     both, alone = evidence(pd.concat([fit, own])), evidence(fit)
     assert list(both.fit_by_oil) == list(alone.fit_by_oil) == ["4102"]
-    assert set(both.measured.points["oil"]) == {"4102", "4010"}
-    assert both.measured.torque.empty
-    assert set(both.measured.fit_quality["oil"]) == {"4102"}
+    assert set(both.campaign_tables.points["oil"]) == {"4102", "4010"}
+    assert both.campaign_tables.torque.empty
+    assert set(both.campaign_tables.fit_quality["oil"]) == {"4102"}
 
 
 @pytest.mark.parametrize(("oils", "of_paper"), [(["own"], False), (["4102", "own"], True)])

@@ -95,7 +95,7 @@ def test_start_of_the_curve_follows_the_exponents_of_b() -> None:
     """|A| next to nothing: the slope at zero slip is B, the knee is 1/(e C)."""
     powers = [0, 0, 0, 0, 0, -1, 0.5, 0.2, -0.4]
     start = surface(constants((-1e-12, 1.0, 50.0), powers))
-    np.testing.assert_allclose(start.knee, 1 / (np.e * start.sizes[2]), rtol=1e-6)
+    np.testing.assert_allclose(start.knee, 1 / (np.e * start.magnitudes[2]), rtol=1e-6)
     held = scores(start)
     assert held["start_falls_with_temperature"] == held["earlier_plateau_with_stress"] == 1
     assert held["earlier_plateau_with_speed"] == 1
@@ -145,7 +145,7 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
     peak = closed.peak[..., 0]
     assert np.all(peak >= dense * (1 - 1e-9) - 1e-15)
     # a peak narrower than the grid's steps is not seen there
-    resolved = closed.sizes[2, ..., 0] < 1000
+    resolved = closed.magnitudes[2, ..., 0] < 1000
     np.testing.assert_allclose(peak[resolved], dense[resolved], rtol=1e-2)
 
 
@@ -305,7 +305,7 @@ def test_printed_law_is_outside_where_the_paper_did_not_test() -> None:
 def test_every_export_says_how_sure_each_sign_is() -> None:
     box, forms = default_settings().printed.boxes.tested, read_config(CONFIG).exports
     (described,) = (x for x in describe_printed(REFERENCE, box, forms) if x.oil == "4010")
-    verdicts = {each["name"]: each["verdict"] for each in described.constants}
+    verdicts = {each["name"]: each["verdict"] for each in described.constants_as_json}
     assert verdicts["A0"] == "printed"
     assert (verdicts["A1"], verdicts["B1"]) == ("printed, sign certain", "printed, sign open")
     texts = {

@@ -15,7 +15,7 @@ from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
 from oilfilm.fits import engine
-from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import fixed_from_text
 from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
@@ -150,7 +150,7 @@ def test_unfit_data_end_in_a_verdict(quick: Settings, spoil: Any, reason: dict[s
     (quality,) = tables.rows(fit.fit_quality)
     assert {name: quality[name] for name in reason} == reason
     # a sentence is made of every reason
-    assert certificate(quality).startswith("not fitted: ")
+    assert certificate_sentence(quality).startswith("not fitted: ")
     assert fit.coefficients["value"].isna().all()
     assert len(fit.coefficients) == 12
 
@@ -168,7 +168,7 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings
     two = certify(task, [end, other], errors, quick.fit)
     assert (two["searches_agreeing"], two["certified"]) == (1, False)
     assert two["doubts"][0] == "searches disagree"
-    assert "1 of 2 searches" in certificate(two | {"no_fit": "", "fixed_conditions": ""})
+    assert "1 of 2 searches" in certificate_sentence(two | {"no_fit": "", "fixed_conditions": ""})
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
 
 

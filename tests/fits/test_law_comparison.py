@@ -169,8 +169,10 @@ def test_traction_without_slip_is_planted(quick: Settings, starting: CampaignTab
     starts = mu_at_zero_slip(starting, "4050", STARTS.name, quick)["y"]
     # mu(0) = D - |A| of each condition
     design = STARTS.design(MATRIX[list(STARTS.conditions)].to_numpy())
-    sizes = STARTS.sizes(internal_of(STARTS), design)
-    np.testing.assert_allclose(np.sort(starts), np.sort(sizes[3] - sizes[0]), atol=3 * NOISE)
+    magnitudes = STARTS.magnitudes(internal_of(STARTS), design)
+    np.testing.assert_allclose(
+        np.sort(starts), np.sort(magnitudes[3] - magnitudes[0]), atol=3 * NOISE
+    )
 
 
 @needs_study

@@ -72,7 +72,7 @@ def verdict(
 ) -> dict[str, Any]:
     """The row of the table `soundness`, with the printed constants as the fit."""
     coefficients = replace(
-        Coefficients.bare(LAW, printed()[oil]), is_followed_group=np.array(known, dtype=bool)
+        Coefficients.bare(LAW, printed()[oil]), group_has_exponent=np.array(known, dtype=bool)
     )
     fitted = with_measured_surface(FittedLaw(LAW, coefficients), points, settings.surface, oil)
     row = QUALITY | (quality or {})

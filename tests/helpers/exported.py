@@ -86,7 +86,7 @@ def grid() -> pd.DataFrame:
 def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """Columns that the exported functions take: the law's groups that it follows, and S."""
     groups = fit.law.group_values(rows[list(fit.law.conditions)].to_numpy())
-    return np.column_stack([groups[:, fit.fitted.coefficients.is_followed_group], rows[SLIP]])
+    return np.column_stack([groups[:, fit.fitted.coefficients.group_has_exponent], rows[SLIP]])
 
 
 def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:

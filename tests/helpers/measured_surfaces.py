@@ -23,7 +23,7 @@ def with_measured_surface(
     fitted: FittedLaw, points: pd.DataFrame, settings: SurfaceSettings, oil: str = "4050"
 ) -> FittedLaw:
     """The fit with the surface of some points about its law; the fit alone if they are too few."""
-    constants, followed = fitted.coefficients.constants, fitted.coefficients.is_followed_group
+    constants, followed = fitted.coefficients.constants, fitted.coefficients.group_has_exponent
     contact = Contact.from_points(points[points["accepted"]])
     law = free_law(fitted.law, constants, followed, contact)
     runs, measurements = usable_measurements(points, law, contact, RunAssumptions())

@@ -72,31 +72,33 @@ def test_scaling_the_slip_is_a_direction_of_the_constants(law: Law) -> None:
 def test_curvatures_are_the_slopes_of_the_slopes(law: Law) -> None:
     """By central differences, of some of the coefficients and in their order."""
     observations, step = observe(law), 1e-5
-    sizes = law.sizes(internal_of(law), observations.design)[:, observations.curve_of_point]
+    magnitudes = law.magnitudes(internal_of(law), observations.design)[
+        :, observations.curve_of_point
+    ]
     by = tuple(range(len(law.coefficients)))[-3:]
-    mu, slopes, curvatures = law.mu_slopes_and_curvatures(sizes, observations.slip, by)
-    mu_alone, all_slopes = law.mu_and_slopes(sizes, observations.slip)
+    mu, slopes, curvatures = law.mu_slopes_and_curvatures(magnitudes, observations.slip, by)
+    mu_alone, all_slopes = law.mu_and_slopes(magnitudes, observations.slip)
     np.testing.assert_array_equal(mu, mu_alone)
     np.testing.assert_array_equal(slopes, [all_slopes[index] for index in by])
     pairs = [(first, second) for first in by for second in by if second <= first]
     for curvature, (first, second) in zip(curvatures, pairs, strict=True):
-        moved = np.exp(step * (np.arange(len(sizes)) == second))[:, np.newaxis]
-        up = law.mu_and_slopes(sizes * moved, observations.slip)[1][first]
-        down = law.mu_and_slopes(sizes / moved, observations.slip)[1][first]
+        moved = np.exp(step * (np.arange(len(magnitudes)) == second))[:, np.newaxis]
+        up = law.mu_and_slopes(magnitudes * moved, observations.slip)[1][first]
+        down = law.mu_and_slopes(magnitudes / moved, observations.slip)[1][first]
         np.testing.assert_allclose(curvature + 0 * up, (up - down) / (2 * step), atol=1e-9)
 
 
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_coefficients_in_which_mu_is_linear_are_those_of_equal_differences(law: Law) -> None:
-    start = law.sizes(internal_of(law), observe(law).design)
+    start = law.magnitudes(internal_of(law), observe(law).design)
     slip = np.full(start.shape[1], 0.04)
     terms = len(law.constants) // len(law.coefficients)
     for index in range(len(start)):
         mu = []
         for factor in (0.9, 1.0, 1.1):
-            sizes = start.copy()
-            sizes[index] *= factor
-            mu.append(law.mu_of_sizes(sizes, slip))
+            magnitudes = start.copy()
+            magnitudes[index] *= factor
+            mu.append(law.mu_of_magnitudes(magnitudes, slip))
         linear = np.allclose(np.diff(mu, n=2, axis=0), 0, atol=1e-12)
         assert law.is_linear_x0[index * terms] == linear
 
@@ -212,20 +214,20 @@ def test_three_levels_of_load_leave_two_critical_loads() -> None:
 
 def test_eyring_law_solves_its_own_equation() -> None:
     law = LAWS["eyring"]
-    slope, eyring, limit, heat = sizes = np.array([5.0, 0.01, 0.05, 200.0])
-    mu = law.mu_of_sizes(sizes, SLIP)
+    slope, eyring, limit, heat = magnitudes = np.array([5.0, 0.01, 0.05, 200.0])
+    mu = law.mu_of_magnitudes(magnitudes, SLIP)
     cold = limited_stress(eyring_stress(slope, SLIP, eyring), limit)
     np.testing.assert_allclose(mu * (1 + heat * SLIP * mu), cold, rtol=1e-12)
     # heat makes a peak; without it the film only saturates
     assert 0 < np.argmax(mu) < len(SLIP) - 1
-    sizes[3] = 1e-9
-    np.testing.assert_allclose(law.mu_of_sizes(sizes, SLIP), cold, rtol=1e-8)
+    magnitudes[3] = 1e-9
+    np.testing.assert_allclose(law.mu_of_magnitudes(magnitudes, SLIP), cold, rtol=1e-8)
 
 
 def test_circular_law_solves_its_own_equation() -> None:
     """eta gamma = tau/sqrt(1 - (tau/tau_L)^2) of the film, and mu (1 + H S mu) of the heat."""
-    slope, limit, heat = sizes = np.array([5.0, 0.05, 200.0])
-    mu = LAWS["circular"].mu_of_sizes(sizes, SLIP)
+    slope, limit, heat = magnitudes = np.array([5.0, 0.05, 200.0])
+    mu = LAWS["circular"].mu_of_magnitudes(magnitudes, SLIP)
     cold = mu * (1 + heat * SLIP * mu)
     np.testing.assert_allclose(cold / np.sqrt(1 - (cold / limit) ** 2), slope * SLIP, rtol=1e-9)
     assert 0 < np.argmax(mu) < len(SLIP) - 1
@@ -233,11 +235,11 @@ def test_circular_law_solves_its_own_equation() -> None:
 
 def test_rational_law_falls_as_the_root_of_the_slip() -> None:
     law = EVERY_LAW["rational-viscosity"]
-    slope, bend, fall = sizes = np.array([5.0, 60.0, 2.0])
-    assert law.mu_of_sizes(sizes, np.array(1e-7)) == pytest.approx(1e-7 * slope, rel=1e-4)
+    slope, bend, fall = magnitudes = np.array([5.0, 60.0, 2.0])
+    assert law.mu_of_magnitudes(magnitudes, np.array(1e-7)) == pytest.approx(1e-7 * slope, rel=1e-4)
     far = np.array([1e6, 4e6])
     expected = slope / (bend * np.sqrt(fall * far))
-    np.testing.assert_allclose(law.mu_of_sizes(sizes, far), expected, rtol=1e-5)
+    np.testing.assert_allclose(law.mu_of_magnitudes(magnitudes, far), expected, rtol=1e-5)
 
 
 def test_exponential_law_is_the_power_law_next_to_the_reference_temperature() -> None:
@@ -245,9 +247,9 @@ def test_exponential_law_is_the_power_law_next_to_the_reference_temperature() ->
     power, exponential = LAWS["deng2026"], LAWS["deng-exponential"]
     near, cold = np.array([1.2, 30.0, 20.02]), np.array([1.2, 30.0, -40.0])
     internal = internal_of(power)
-    sizes = power.sizes(internal, power.design(near))
+    magnitudes = power.magnitudes(internal, power.design(near))
     np.testing.assert_allclose(
-        exponential.sizes(internal, exponential.design(near)), sizes, rtol=2e-6
+        exponential.magnitudes(internal, exponential.design(near)), magnitudes, rtol=2e-6
     )
     np.testing.assert_allclose(exponential.design(cold)[0, 3], -3.0)
     with pytest.raises(NoValueError, match="above zero"):
@@ -278,7 +280,7 @@ def test_law_is_refused_where_too_little_varies(name: str, varied: list[bool], w
 
 
 @pytest.mark.parametrize(
-    ("name", "sizes", "slope", "level"),
+    ("name", "magnitudes", "slope", "level"),
     [
         # by each law's own equation: slope at rest, level at endless slip
         ("deng2026", [0.03, 0.9, 27.0], 0.9 + 0.03 * 27.0, 0.03),
@@ -290,12 +292,16 @@ def test_law_is_refused_where_too_little_varies(name: str, varied: list[bool], w
     ],
 )
 def test_law_starts_with_its_slope_and_ends_at_its_level(
-    name: str, sizes: list[float], slope: float, level: float | None
+    name: str, magnitudes: list[float], slope: float, level: float | None
 ) -> None:
     law = LAWS[name]
-    assert law.mu_of_sizes(np.array(sizes), np.array(1e-7)) / 1e-7 == pytest.approx(slope, rel=1e-4)
+    assert law.mu_of_magnitudes(np.array(magnitudes), np.array(1e-7)) / 1e-7 == pytest.approx(
+        slope, rel=1e-4
+    )
     if level is not None:
-        assert law.mu_of_sizes(np.array(sizes), np.array(1e6)) == pytest.approx(level, rel=1e-6)
+        assert law.mu_of_magnitudes(np.array(magnitudes), np.array(1e6)) == pytest.approx(
+            level, rel=1e-6
+        )
 
 
 def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None:

@@ -46,7 +46,7 @@ def test_curve_has_its_closed_form(condition: tuple[float, float, float], oil: s
 
 def local(oil: str, condition: tuple[float, float, float]) -> np.ndarray:
     internal = to_internal(LAW, printed()[oil])
-    return LAW.sizes(internal, LAW.design(np.array(condition)))[:, 0] * [-1, 1, 1]
+    return LAW.magnitudes(internal, LAW.design(np.array(condition)))[:, 0] * [-1, 1, 1]
 
 
 @pytest.mark.parametrize("oil", OILS)

@@ -150,13 +150,13 @@ class TractionOverBox:
         pressure_gpa: Levels of P.
         slip: Levels of S.
         largest_slip: The box's largest S.
-        sizes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
+        magnitudes: |A|, B and C of Eq. 7, axes coefficient, P, U, T, sets.
     """
 
     pressure_gpa: FloatArray
     slip: FloatArray
     largest_slip: float
-    sizes: FloatArray
+    magnitudes: FloatArray
 
     @classmethod
     def over(
@@ -180,10 +180,10 @@ class TractionOverBox:
         conditions = np.stack(np.meshgrid(*levels_of_axes, indexing="ij"), axis=-1).reshape(
             -1, len(levels_of_axes)
         )
-        sizes = LAW.sizes(internal, LAW.design(conditions))
+        magnitudes = LAW.magnitudes(internal, LAW.design(conditions))
         shape = -1, level_count, level_count, level_count, internal.shape[1]
         largest_slip = max(box["slide_roll_ratio"])
-        return cls(levels_of_axes[STRESS], np.sort(slip), largest_slip, sizes.reshape(shape))
+        return cls(levels_of_axes[STRESS], np.sort(slip), largest_slip, magnitudes.reshape(shape))
 
     @cached_property
     def mu(self) -> FloatArray:
@@ -192,12 +192,12 @@ class TractionOverBox:
 
     def mu_at(self, slip: FloatArray | float) -> FloatArray:
         """Traction coefficient at one slip, or at a slip of each condition; axes P, U, T, sets."""
-        return LAW.mu_of_sizes(self.sizes, np.asarray(slip))
+        return LAW.mu_of_magnitudes(self.magnitudes, np.asarray(slip))
 
     @cached_property
     def peak_slip(self) -> FloatArray:
         """Slip of the one peak, where dmu/dS = 0: 1/C + |A|/B."""
-        size, slope, rate = self.sizes
+        size, slope, rate = self.magnitudes
         return 1 / rate + size / slope
 
     @cached_property
@@ -208,7 +208,7 @@ class TractionOverBox:
     @property
     def slope(self) -> FloatArray:
         """Slope of the curve at zero slip: B + |A| C."""
-        size, slope, rate = self.sizes
+        size, slope, rate = self.magnitudes
         return slope + size * rate
 
     @cached_property

@@ -19,8 +19,8 @@ from oilfilm.base.home import CONFIG, reference_file
 from oilfilm.base.studies import Study, publication
 from oilfilm.exports.campaign import export_oils
 from oilfilm.exports.description import (
-    Condition,
     Description,
+    LawVariable,
     Published,
     constant_meanings,
     make_identifiers,
@@ -66,8 +66,8 @@ def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> l
                 identifier=identifier_of_oil[f"{oil} printed"],
                 campaign=None,
                 fitted=fitted,
-                conditions=tuple(_conditions(fitted)),
-                constants=tuple(_constants(fitted)),
+                law_variables=tuple(_law_variables(fitted)),
+                constants_as_json=tuple(_constants(fitted)),
                 quality=None,
                 adore_points=adore_points,
                 published=Published(_SOURCE, tuple(_caveats(fitted))),
@@ -92,14 +92,14 @@ def _caveats(fitted: PrintedLaw) -> Iterator[str]:
     yield f"How sure they are: {signs_text}"
 
 
-def _conditions(fitted: PrintedLaw) -> Iterator[Condition]:
-    """The description of each condition of a law, with its tested range."""
+def _law_variables(fitted: PrintedLaw) -> Iterator[LawVariable]:
+    """The variable of each condition of a law, with its tested range."""
     law = fitted.law
     # the last row of the box is that of the slide-roll ratio
     for index, name in enumerate(law.conditions):
         quantity = QUANTITIES[name]
         lowest, highest = fitted.coefficients.tested_box[index].tolist()
-        yield Condition(
+        yield LawVariable(
             name=name,
             symbol=quantity.symbol,
             meaning=quantity.meaning,

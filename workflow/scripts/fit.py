@@ -5,7 +5,7 @@ from pathlib import Path
 import pandas as pd
 
 import oilfilm.run.job as run
-from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.fit import fit_law
 from oilfilm.tables import rows
 from oilfilm.tables.campaign_tables import FITTED_POINTS
@@ -19,4 +19,4 @@ with run.job(snakemake) as job:
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:
         for law_name, fit in zip(law_names, fits, strict=True):
             (quality,) = rows(fit.fit_quality)
-            log.write(f"{oil}, {law_name}: {certificate(quality)}\n")
+            log.write(f"{oil}, {law_name}: {certificate_sentence(quality)}\n")

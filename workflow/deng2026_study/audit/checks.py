@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy.optimize import least_squares
 
-from deng2026_study.audit.evidence import Evidence, NotCheckableError, Outcome, outcome
+from deng2026_study.audit.evidence import Evidence, NotCheckableError, Outcome, outcome_of_cases
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.kinematics import (
@@ -65,7 +65,7 @@ def zero_slip(evidence: Evidence) -> Outcome:
     holds_for_any_constants = _true_of_every_law(
         evidence, lambda law: _any_constants(law, np.zeros(1)) == 0
     )
-    outcome_on_grid = without_slip.outcome(mu <= evidence.study.audit.zero_traction_max, mu)
+    outcome_on_grid = without_slip.outcome_on_grid(mu <= evidence.study.audit.zero_traction_max, mu)
     return replace(outcome_on_grid, by_construction=holds_for_any_constants)
 
 
@@ -78,7 +78,7 @@ def non_negative(evidence: Evidence) -> Outcome:
         evidence, lambda law: _any_constants(law, evidence.curve_slips) >= 0
     )
     return replace(
-        evidence.outcome(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
+        evidence.outcome_on_grid(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
         by_construction=holds_for_any_constants,
     )
 
@@ -91,7 +91,7 @@ def linear_start(evidence: Evidence) -> Outcome:
     is_straight, _ = _straight_line_fit(
         evidence, start_slips, evidence.mu(slide_roll_ratio=start_slips), _S
     )
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         is_straight,
         linear_end,
         within=reaches(linear_end, required_end),
@@ -110,7 +110,7 @@ def peak_decline(evidence: Evidence) -> Outcome:
     is_slight = reaches(evidence.study.printed.signs.decline_max, decline, size=1.0)
     is_shown_oil = [oil == evidence.falling_viscosity[0] for oil in evidence.fit_by_oil]
     decline_coldest = decline[:, :, :, 0]
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         has_peak & is_slight,
         decline,
         shown_oil=(has_peak & is_slight)[is_shown_oil],
@@ -133,7 +133,7 @@ def falls_with_temperature(evidence: Evidence) -> Outcome:
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
     is_steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
     always_falls = _falls(mu, _T)
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         always_falls & is_steeper, _last_over_first(mu, _T), always=always_falls, steeper=is_steeper
     )
 
@@ -145,7 +145,7 @@ def falls_with_speed(evidence: Evidence) -> Outcome:
     fall = -np.diff(evidence.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
     always = _falls(mu, _U)
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         always & levels_off, _last_over_first(mu, _U), always=always, levels_off=levels_off
     )
 
@@ -158,7 +158,7 @@ def rises_with_stress(evidence: Evidence) -> Outcome:
     always = _falls(-mu, _P)
     straight, r2 = _straight_line_fit(evidence, even_pressures, mu, _P)
     median_r2 = evidence.by_oil(np.nanmedian, r2)
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         always & straight, r2, always=always, straight=straight, median_r2=median_r2
     )
 
@@ -170,7 +170,7 @@ def rises_with_slip(evidence: Evidence) -> Outcome:
     mu = at_highest_pressure.mu()
     level_rises = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
     ends_rise = exceeds(mu[..., -1], mu[..., 0])
-    return at_highest_pressure.outcome(
+    return at_highest_pressure.outcome_on_grid(
         _falls(-mu, _S), _last_over_first(mu, _S), level=level_rises, ends=ends_rise
     )
 
@@ -183,7 +183,7 @@ def similar_limit(evidence: Evidence) -> Outcome:
     )
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         reaches(evidence.study.audit.plateau_change_max, change, size=1.0),
         change,
         closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], size=1.0),
@@ -199,7 +199,7 @@ def earlier_plateau(evidence: Evidence) -> Outcome:
     mu = evidence.mu(inlet_temperature_c=ends_c, slide_roll_ratio=evidence.curve_slips)
     on_plateau = reaches(mu, evidence.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     plateau_begin = evidence.curve_slips[np.argmax(on_plateau, axis=_S)]
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         _falls(linear_end, _P),
         _last_over_first(linear_end, _P),
         plateau_coldest=evidence.by_oil(np.median, plateau_begin[..., 0]),
@@ -225,7 +225,7 @@ def viscosity_order(evidence: Evidence) -> Outcome:
     share_above_next = exceeds(ratios[0], 1.0).mean(axis=(1, 2, 3))
     if share_above_next[0] < 0.5 < share_above_next[-1] and (np.diff(share_above_next) >= 0).all():
         numbers["turn_gpa"] = np.interp(0.5, share_above_next, evidence.grid.max_hertz_pressure_gpa)
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         exceeds(smallest_ratio, 1.0),
         smallest_ratio,
         above_next={
@@ -246,7 +246,7 @@ def hot_convergence(evidence: Evidence) -> Outcome:
     spread = np.ptp(mu, axis=0, keepdims=True)
     relative_spread = spread / mu.mean(axis=0, keepdims=True)
     spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
-    return evidence.outcome(
+    return evidence.outcome_on_grid(
         _falls(spread, _T),
         _last_over_first(spread, _T),
         relative=_falls(relative_spread, _T),
@@ -265,7 +265,9 @@ def speed_mutes_temperature(evidence: Evidence) -> Outcome:
     drop = -np.diff(mu, axis=_T)
     drop_ratio = _last_over_first(drop, _U)
     relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U)
-    return evidence.outcome(exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls)
+    return evidence.outcome_on_grid(
+        exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls
+    )
 
 
 def full_film(evidence: Evidence) -> Outcome:
@@ -277,8 +279,8 @@ def full_film(evidence: Evidence) -> Outcome:
     at_curve_slips = evidence.with_levels(
         slide_roll_ratio=[0.0, *figure_slips, evidence.curve_slips[-1]]
     )
-    points = evidence.measured.points.dropna(subset=["lambda_ratio"])
-    if evidence.basis == "printed" or evidence.measured.points.empty:
+    points = evidence.campaign_tables.points.dropna(subset=["lambda_ratio"])
+    if evidence.basis == "printed" or evidence.campaign_tables.points.empty:
         films = at_curve_slips.films(*oils)
         margins = films / limits.reshape(2, 1, 1, 1, 1, 1)
         smaller_margin = margins.min(axis=0)
@@ -292,7 +294,7 @@ def full_film(evidence: Evidence) -> Outcome:
         judged["holds"] = exceeds(judged["value"], 1.0)
     central_um, _ = at_curve_slips.films(film_kind="central")
     unknown_count = judged["value"].isna().sum()
-    return outcome(
+    return outcome_of_cases(
         # where the formula gives no film the claim is neither true nor false
         judged.dropna(subset="value"),
         central=_above_one(central_um / film_min_um),
@@ -319,21 +321,23 @@ def wang_deng_zero(evidence: Evidence) -> Outcome:
     fits = _wang_deng(evidence)
     mu_at_zero_slip = fits["zero_slip_traction"].abs()
     holds = mu_at_zero_slip > evidence.study.audit.zero_traction_max
-    return outcome(fits.assign(holds=holds, value=mu_at_zero_slip), largest=mu_at_zero_slip.max())
+    return outcome_of_cases(
+        fits.assign(holds=holds, value=mu_at_zero_slip), largest=mu_at_zero_slip.max()
+    )
 
 
 def wang_deng_overfit(evidence: Evidence) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
     audit = evidence.study.audit
     fits = _wang_deng(evidence)
-    all_fits = evidence.measured.fit_quality
+    all_fits = evidence.campaign_tables.fit_quality
     by_paper_law = all_fits[all_fits["law"] == audit.stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(by_paper_law.index):
         raise NotCheckableError("no fit by the paper's law")
     growth = fits["left_out_rmse"] / fits["rmse"]
     growth_of_paper_law = by_paper_law["left_out_rmse"] / by_paper_law["rmse"]
     relative_growth = growth / fits["oil"].map(growth_of_paper_law)
-    return outcome(
+    return outcome_of_cases(
         fits.assign(holds=exceeds(relative_growth, audit.overfit_min), value=relative_growth)
     )
 
@@ -344,7 +348,7 @@ def properties_not_needed(evidence: Evidence) -> Outcome:
     by_paper_law = _by_paper_law(evidence).set_index("oil")
     if evidence.truth_is_law:
         raise NotCheckableError("own law")
-    all_fits = evidence.measured.fit_quality
+    all_fits = evidence.campaign_tables.fit_quality
     fits = all_fits[all_fits["law"].isin(evidence.study.audit.property_laws)]
     end_column, left_out_column = "temperature_end_out_relative_rms", "left_out_rmse"
     fits = fits[fits["oil"].isin(by_paper_law.index)].dropna(subset=[end_column, left_out_column])
@@ -352,7 +356,7 @@ def properties_not_needed(evidence: Evidence) -> Outcome:
         raise NotCheckableError("no comparison")
     paper_law_fits = by_paper_law.loc[fits["oil"]].set_axis(fits.index)
     error_ratio = paper_law_fits[left_out_column] / fits[left_out_column]
-    return outcome(
+    return outcome_of_cases(
         fits.assign(holds=reaches(1.0, error_ratio), value=error_ratio),
         ends=reaches(fits[end_column].to_numpy(), paper_law_fits[end_column].to_numpy()),
         enough=reaches(limit, _relative_left_out(by_paper_law).to_numpy()),
@@ -367,7 +371,7 @@ def torque_stress(evidence: Evidence) -> Outcome:
     errors = errors.dropna(subset="stress")
     holds = reaches(evidence.study.audit.torque_stress_error, errors["stress"])
     judged = errors.assign(holds=holds, value=errors["stress"])
-    return outcome(judged, largest=errors["stress"].max(), **counts)
+    return outcome_of_cases(judged, largest=errors["stress"].max(), **counts)
 
 
 def torque_load(evidence: Evidence) -> Outcome:
@@ -382,7 +386,7 @@ def torque_load(evidence: Evidence) -> Outcome:
     load_is_worse_on_median = exceeds(
         errors_of_both["load"].median(), errors_of_both["stress"].median(), size=1.0
     )
-    torque_outcome = outcome(
+    torque_outcome = outcome_of_cases(
         errors_of_both.assign(holds=load_is_worse, value=excess),
         systematic=load_is_worse_on_median,
         largest=largest,
@@ -396,10 +400,10 @@ def torque_load(evidence: Evidence) -> Outcome:
 def uniquely_determined(evidence: Evidence) -> Outcome:
     """The curves determine A, B and C; all curves of an oil determine its constants."""
     fits = _by_paper_law(evidence).dropna(subset="constant_spread")
-    errors = _errors_of_curves(evidence.measured.points)
+    errors = _errors_of_curves(evidence.campaign_tables.points)
     if fits.empty or errors.empty:
         raise NotCheckableError("no fit by the paper's law")
-    coefficients = evidence.measured.coefficients
+    coefficients = evidence.campaign_tables.coefficients
     is_of_paper_law = coefficients["law"] == evidence.study.audit.stress_law
     is_known = coefficients[is_of_paper_law & coefficients["oil"].isin(fits["oil"])]["verdict"].eq(
         "known"
@@ -407,7 +411,7 @@ def uniquely_determined(evidence: Evidence) -> Outcome:
     # digits below a millionth of a standard error are rounding
     spread = fits["constant_spread"].round(6)
     judged = errors.rename("value").reset_index()
-    return outcome(
+    return outcome_of_cases(
         judged.assign(holds=reaches(evidence.study.audit.curve_error_max, judged["value"])),
         constants=fits["certified"].to_numpy(),
         known=is_known.to_numpy(),
@@ -431,7 +435,7 @@ def extrapolates(evidence: Evidence) -> Outcome:
     if errors_at_ends.empty:
         raise NotCheckableError("no fit by the paper's law")
     left_out_error = _relative_left_out(fits)
-    rows_beyond = evidence.measured.extrapolation
+    rows_beyond = evidence.campaign_tables.extrapolation
     is_of_paper_law = rows_beyond["law"] == evidence.study.audit.stress_law
     has_fitted_oil = rows_beyond["oil"].isin(fits["oil"])
     rows_beyond = rows_beyond[
@@ -440,7 +444,7 @@ def extrapolates(evidence: Evidence) -> Outcome:
     error = (
         rows_beyond["traction_coefficient"] / rows_beyond["true_traction_coefficient"] - 1
     ).abs()
-    return outcome(
+    return outcome_of_cases(
         errors_at_ends.assign(holds=reaches(limit, errors_at_ends["value"])),
         truth=reaches(limit, error),
         accuracy=reaches(limit, left_out_error),
@@ -452,7 +456,7 @@ def composite_roughness(evidence: Evidence) -> Outcome:
     """The roughness of ball and disc make the stated one."""
     composite = float(np.hypot(*_RA_UM))
     judged = pd.DataFrame({"oil": [""], "holds": composite < _COMPOSITE_UM, "value": composite})
-    return outcome(judged, rounded=round(composite, 3) <= _COMPOSITE_UM)
+    return outcome_of_cases(judged, rounded=round(composite, 3) <= _COMPOSITE_UM)
 
 
 def rolling_speed(evidence: Evidence) -> Outcome:
@@ -464,7 +468,7 @@ def rolling_speed(evidence: Evidence) -> Outcome:
     rolling_speed_m_s = np.array([entrainment_speed_m_s(pitch_speed, gamma) for gamma in _GAMMAS])
     surface_m_s = surface_speed_m_s(pitch_speed)
     is_near = _near_one(rolling_speed_m_s / stated_m_s, tolerance)
-    return outcome(
+    return outcome_of_cases(
         pd.DataFrame({"oil": "", "holds": is_near, "value": rolling_speed_m_s}),
         as_surface=_near_one(surface_m_s / stated_m_s, tolerance),
         highest=rolling_speed_m_s.max(),
@@ -483,7 +487,7 @@ def slip_is_cage_slip(evidence: Evidence) -> Outcome:
     tolerance = evidence.study.audit.kinematic_tolerance
     slip_limit = selection.limits.slip_limit
     is_near = _near_one(ratio, tolerance)
-    return outcome(
+    return outcome_of_cases(
         pd.DataFrame({"oil": "", "holds": is_near, "value": ratio}),
         both_races=_near_one(ratio / 2, tolerance),
         smallest=ratio.min(),
@@ -509,7 +513,7 @@ def load_suppresses_slip(evidence: Evidence) -> Outcome:
     slip_falls = exceeds(0.0, change, size=1.0)
     is_slipping = exceeds(steps["lighter"], evidence.study.selection.limits.slip_limit)
     judged = steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
-    return outcome(judged, where_it_slips=slip_falls[is_slipping])
+    return outcome_of_cases(judged, where_it_slips=slip_falls[is_slipping])
 
 
 def heavy_load_grips(evidence: Evidence) -> Outcome:
@@ -526,7 +530,7 @@ def heavy_load_grips(evidence: Evidence) -> Outcome:
     is_light = exceeds(limits.light_below_gpa, larger_pressure_gpa)
     if not is_heavy.any():
         raise NotCheckableError("no bearing")
-    return outcome(slip_rows[is_heavy], light=slip_rows.loc[is_light, "holds"].to_numpy())
+    return outcome_of_cases(slip_rows[is_heavy], light=slip_rows.loc[is_light, "holds"].to_numpy())
 
 
 def light_load_4102(evidence: Evidence) -> Outcome:
@@ -542,7 +546,7 @@ def light_load_4102(evidence: Evidence) -> Outcome:
     is_fast = reaches(grid.entrainment_speed_m_s, selection.fast_from_m_s)
     is_slipping = exceeds(grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     hot_and_fast_ratio = ratio[:, :, is_fast][:, :, :, is_hot][..., is_slipping]
-    return light_view.outcome(
+    return light_view.outcome_on_grid(
         exceeds(ratio, 1.0),
         ratio,
         higher_viscosity=exceeds(mu[:-1].min(axis=0), mu[-1]),
@@ -564,7 +568,7 @@ def slip_15(evidence: Evidence) -> Outcome:
     largest_ratio_to_thicker = ratios_to_thicker.max(axis=0, keepdims=True)
     value = np.where(is_slipping, largest_ratio_to_thicker, ratio_of_thinnest)
     value_by_ratio = np.where(is_slipping_by_ratio, largest_ratio_to_thicker, ratio_of_thinnest)
-    outcome_on_grid = evidence.outcome(
+    outcome_on_grid = evidence.outcome_on_grid(
         exceeds(1.0, value),
         value,
         as_cage_slip=exceeds(1.0, value_by_ratio[is_slipping_by_ratio | is_film_adequate]),
@@ -584,7 +588,7 @@ def heavy_load_4010(evidence: Evidence) -> Outcome:
     mu = heavy_view.mu_by_viscosity()
     is_film_adequate = _thinnest_is_adequate(heavy_view)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    all_cases = heavy_view.outcome(exceeds(1.0, ratio), ratio, adequate=is_film_adequate)
+    all_cases = heavy_view.outcome_on_grid(exceeds(1.0, ratio), ratio, adequate=is_film_adequate)
     outcome_with_film = _only_cases(all_cases, is_film_adequate, "no film")
     thinnest_has_least_torque = _least_torque_of_thinnest(evidence)
     bearing_numbers = {
@@ -606,10 +610,10 @@ def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
         np.geomspace(coefficient.smallest, coefficient.largest, _SIZE_COUNT)
         for coefficient in law.coefficients
     ]
-    sizes = np.stack([size.ravel() for size in np.meshgrid(*levels)])[..., np.newaxis]
+    magnitudes = np.stack([mesh.ravel() for mesh in np.meshgrid(*levels)])[..., np.newaxis]
     with np.errstate(over="ignore", invalid="ignore"):
-        mu = law.mu_of_sizes(sizes, slip)
-    return np.where(np.abs(mu) <= _ROUNDING_SHARE * sizes.max(axis=0), 0.0, mu)
+        mu = law.mu_of_magnitudes(magnitudes, slip)
+    return np.where(np.abs(mu) <= _ROUNDING_SHARE * magnitudes.max(axis=0), 0.0, mu)
 
 
 def _linear_range(evidence: Evidence) -> FloatArray:
@@ -723,7 +727,7 @@ def _least_torque_of_thinnest(evidence: Evidence) -> BoolArray:
         NotCheckableError: There is no such point.
     """
     oils = list(evidence.falling_viscosity)
-    slip_rows = evidence.measured.cage_slip
+    slip_rows = evidence.campaign_tables.cage_slip
     slip_rows = slip_rows[slip_rows["oil"].isin(oils)]
     is_film_known = slip_rows["lambda_ratio"].notna()
     film_known_by_point = is_film_known.groupby(
@@ -751,7 +755,7 @@ def _cage_slips(evidence: Evidence) -> pd.DataFrame:
     Raises:
         NotCheckableError: There are none.
     """
-    slip_rows = evidence.measured.cage_slip
+    slip_rows = evidence.campaign_tables.cage_slip
     slip_rows = slip_rows[slip_rows["oil"].isin(evidence.falling_viscosity)].dropna(
         subset="cage_slip"
     )
@@ -793,7 +797,7 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
 
     def residual(logarithms: FloatArray) -> FloatArray:
         with np.errstate(over="ignore", invalid="ignore"):
-            return DENG2026.mu_of_sizes(np.exp(logarithms)[:, np.newaxis], slip) - mu
+            return DENG2026.mu_of_magnitudes(np.exp(logarithms)[:, np.newaxis], slip) - mu
 
     starts = [
         np.log([largest_mu, share * slope, (1 - share) * slope / largest_mu])
@@ -872,7 +876,7 @@ def _torque_errors(evidence: Evidence) -> tuple[pd.DataFrame, dict[str, float]]:
     """
     torque_rows = evidence.rows_of_table("torque", reason="no torque")
     for control_verdict in ("two truths", "positive control"):
-        if (evidence.measured.torque_control["verdict"] == control_verdict).any():
+        if (evidence.campaign_tables.torque_control["verdict"] == control_verdict).any():
             raise NotCheckableError(control_verdict)
     plateau_and_oil = ["run_id", "first_row", "oil"]
     certain_rows = without_bistable(torque_rows).set_index([*plateau_and_oil, "load_variable"])

@@ -1,4 +1,4 @@
-"""The evidence on which claims are judged, and the outcome of a check."""
+"""The evidence on which claims are judged, and the outcome of a check of one claim."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -30,11 +30,13 @@ class Outcome:
     """The result of a check: every case in which a claim was checked, and further numbers.
 
     Attributes:
-        cases: Columns oil, holds, value and the grid's axes (null where a case spans an axis).
-        numbers: Further numbers by name, as shares of parts of the claim.
+        cases: One row per case. Columns `oil`, `holds` (whether the claim holds), `value` (the
+            judged quantity of the claim, in its unit) and one column per axis of the grid. A case
+            that is judged over a whole axis has null there.
+        numbers: Further numbers by name. Most are shares of the cases in which one part of the
+            claim holds.
         by_construction: Whether the claim is true whatever the oils are.
-        complete: False where something beside the cases fails, so that the claim holds in part
-            at most.
+        complete: False if something fails that is no case. Then the claim holds in part at most.
     """
 
     cases: pd.DataFrame
@@ -48,7 +50,11 @@ class Outcome:
         return float(self.cases["holds"].mean())
 
     def worst_case(self, worst: Literal["largest", "smallest"]) -> pd.Series:
-        """The case farthest from holding, or the one nearest to failing where all cases hold."""
+        """The case that is farthest from holding. If all hold, the one that is nearest to failing.
+
+        Args:
+            worst: Which `value` is farthest from holding.
+        """
         failing = self.cases[~self.cases["holds"]]
         candidates = self.cases if failing.empty else failing
         values = candidates["value"].to_numpy()
@@ -56,13 +62,13 @@ class Outcome:
         return candidates.iloc[int(index)].reindex(["oil", *AXES, "value"])
 
 
-def outcome(cases: pd.DataFrame, **numbers: Any) -> Outcome:
+def outcome_of_cases(cases: pd.DataFrame, **numbers: Any) -> Outcome:
     """An outcome with further numbers.
 
     Args:
         cases: As for `Outcome`.
-        numbers: Each a number, an array of bool, or a dictionary of these by oil. An array gives
-            its share of true values, NaN where it is empty.
+        numbers: Each is a number, an array of bool, or a dictionary of these by oil. An array
+            gives its share of true values, NaN if it is empty.
     """
     as_floats: Numbers = {}
     for name, content in numbers.items():
@@ -82,18 +88,20 @@ def _as_float(content: Any) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """What verdicts on one basis rest on: laws and tables, over a grid of operating conditions.
+    """Laws and tables of one basis, and the grid of operating conditions on which it is judged.
 
     Arrays have the axes oil, P, U, T, S, of length 1 where a case spans an axis: maximum Hertz
     pressure (GPa), entrainment speed (m/s), inlet temperature (degC) and slide-roll ratio.
 
     Attributes:
-        basis: Name of the basis: `refit`, `printed` or `undoubted`.
+        basis: `refit` (the campaign's fits), `printed` (the paper's constants), or `undoubted`
+            (the paper's constants, without oils whose constants may be damaged).
         falling_viscosity: The oils that the claims are about, the most viscous first.
         fit_by_oil: The law of each oil that has all its constants.
         settings: The settings.
         grid: The operating conditions.
-        measured: Tables of points, fit quality and torque; empty where the basis has none.
+        campaign_tables: Tables of the campaign, with the rows of these oils. Empty if the basis
+            is not `refit`.
         truth_is_law: Whether the points were simulated with the paper's law.
     """
 
@@ -102,11 +110,15 @@ class Evidence:
     fit_by_oil: Mapping[str, FittedLaw]
     settings: Settings
     grid: Grid
-    measured: CampaignTables = field(default_factory=CampaignTables.in_memory)
+    campaign_tables: CampaignTables = field(default_factory=CampaignTables.in_memory)
     truth_is_law: bool = False
 
     def with_levels(self, **levels: Sequence[float] | FloatArray) -> "Evidence":
-        """The same evidence with other levels on some axes of the grid."""
+        """The same evidence with other levels on some axes of the grid.
+
+        Args:
+            levels: The levels of an axis by its name, one of `AXES`.
+        """
         return replace(self, grid=self.grid.with_levels(**levels))
 
     def rows_of_table(self, table_name: str, *, reason: str) -> pd.DataFrame:
@@ -114,13 +126,13 @@ class Evidence:
 
         Args:
             table_name: Name of the table.
-            reason: Code of claims.yaml where the basis `refit` has none of its rows. The other
-                bases say "not printed".
+            reason: Code of claims.yaml that says why the basis `refit` may have no row. The code of
+                the other bases is "not printed".
 
         Raises:
-            NotCheckableError: The basis has none.
+            NotCheckableError: The table has no row.
         """
-        frame = self.measured.table(table_name)
+        frame = self.campaign_tables.table(table_name)
         if frame.empty:
             raise NotCheckableError(reason if self.basis == "refit" else "not printed")
         return frame
@@ -133,16 +145,21 @@ class Evidence:
     @property
     def curve_slips(self) -> FloatArray:
         """Slips of a whole curve."""
-        end = self.study.printed.boxes.tested.slide_roll_ratio[1]
-        return np.linspace(0.0, end, self.study.audit.curve_points)
+        largest_slip = self.study.printed.boxes.tested.slide_roll_ratio[1]
+        # the key `curve_points` is the number of slips
+        return np.linspace(0.0, largest_slip, self.study.audit.curve_points)
 
     def mu(
         self, oils: Sequence[str] | None = None, **levels: Sequence[float] | FloatArray
     ) -> FloatArray:
-        """mu over the grid, with other levels on some axes, of every oil with a law.
+        """mu over the grid, shape (oils, P, U, T, S).
+
+        Args:
+            oils: The oils; without any, every oil with a law.
+            levels: As for `with_levels`.
 
         Raises:
-            NotCheckableError: None has one, or one of the given oils has none.
+            NotCheckableError: No oil has a law, or one of the given oils has none.
         """
         if oils is None:
             oils = list(self.fit_by_oil)
@@ -183,16 +200,16 @@ class Evidence:
         values_of_oil = zip(self.fit_by_oil, values, strict=True)
         return {oil: float(summary(values_of_one)) for oil, values_of_one in values_of_oil}
 
-    def outcome(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
+    def outcome_on_grid(self, holds: BoolArray, value: FloatArray, **numbers: Any) -> Outcome:
         """The outcome of a check over the grid.
 
         Args:
             holds: True where the claim holds.
-            value: The quantity that decides.
-            numbers: Further numbers, as for `outcome`.
+            value: The judged quantity of the claim, in its unit.
+            numbers: Further numbers, as for `outcome_of_cases`.
         """
         oils = list(self.fit_by_oil) if len(holds) == len(self.fit_by_oil) else [""]
-        return outcome(self.cases(oils, holds, value), **numbers)
+        return outcome_of_cases(self.cases(oils, holds, value), **numbers)
 
     def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
         """Cases from arrays over the grid.
@@ -200,7 +217,7 @@ class Evidence:
         Args:
             oils: The oils of the first axis; one empty name where a case compares oils.
             holds: True where the claim holds.
-            value: The quantity that decides, which broadcasts against `holds`.
+            value: The judged quantity of the claim, in its unit. It broadcasts against `holds`.
         """
         axes = [np.asarray(oils, dtype=object)]
         for levels, length in zip(self.grid.levels, holds.shape[1:], strict=True):

@@ -196,7 +196,7 @@ def _laws_of_series(
     if (
         law.conditions != CONDITIONS
         # the fit follows every group of the law
-        or not refit_coefficients.is_followed_group.all()
+        or not refit_coefficients.group_has_exponent.all()
         or np.isnan(refit_coefficients.constants).any()
     ):
         return {}

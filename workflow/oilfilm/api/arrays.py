@@ -22,7 +22,7 @@ from oilfilm.api.fit_keys import FitKeys
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
 from oilfilm.base.labels import aligned
-from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import condition_level_numbers
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
@@ -150,7 +150,7 @@ class ArrayFit:
             lines = [f"{law_name}: NOT sound"]
             lines.extend(fitted_law.warnings)
             if not quality["certified"]:
-                lines.append(certificate(quality))
+                lines.append(certificate_sentence(quality))
         # conditions that give no exponent, because they did not vary, or not alone
         lines.extend(
             f"Not followed: {fixed.sentence()}." for fixed in coefficients.fixed_conditions

@@ -38,8 +38,8 @@ from oilfilm.exports.description import (
     NOT_MARKED,
     SLIP,
     SLIP_MEANING,
-    Condition,
     Description,
+    LawVariable,
     describe,
     exponent_meaning,
     make_identifiers,
@@ -47,7 +47,7 @@ from oilfilm.exports.description import (
     plain_text,
 )
 from oilfilm.exports.languages import C_LANGUAGE, FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES
-from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -139,7 +139,7 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
     mu_size_cell = cell_of_name["mu"]
     mu_formula = f"IF({cell_of_name[SLIP]}<0,-{mu_size_cell},{mu_size_cell})"
     positivity_formulas = [
-        f"{cell_of_name[condition.name]}>0" for condition in description.power_arguments
+        f"{cell_of_name[argument.name]}>0" for argument in description.power_arguments
     ]
     if positivity_formulas:
         mu_formula = f"IF(AND({','.join(positivity_formulas)}),{mu_formula},NA())"
@@ -168,12 +168,12 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
     headings = ("symbol", "value", "unit", "tested from", "to", "", "meaning")
     heading_row = _add_row(sheet, *headings, font=_BOLD)
     cell_of_name = {}
-    for condition in (*description.arguments, description.slip_condition):
-        lower, upper = condition.tested
-        meaning = condition.meaning
+    for argument in (*description.arguments, description.slip_variable):
+        lower, upper = argument.tested
+        meaning = argument.meaning
         # a first value that the user replaces: the middle of the range, and a small slip
         first_value = None if lower is None or upper is None else (lower + upper) / 2
-        if condition.name == SLIP:
+        if argument.name == SLIP:
             largest_slip = upper or 0.0
             lower = -largest_slip
             upper = largest_slip
@@ -184,16 +184,16 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
         tested_formula = f'=IF({inside_formula},"tested","OUTSIDE")'
         _add_row(
             sheet,
-            condition.symbol,
+            argument.symbol,
             first_value,
-            condition.unit,
+            argument.unit,
             lower,
             upper,
             tested_formula,
             meaning,
         )
         sheet.cell(row, 2).fill = _INPUT_COLOUR
-        cell_of_name[condition.name] = f"$B${row}"
+        cell_of_name[argument.name] = f"$B${row}"
     return cell_of_name, f'COUNTIF(F{heading_row + 1}:F{sheet.max_row},"OUTSIDE")'
 
 
@@ -256,36 +256,36 @@ def constants_csv(description: Description) -> str:
     `kind` is constant, reference (where every power is 1), level (the one level of a condition
     that gives no exponent), tested minimum or tested maximum.
     """
-    constants = pd.DataFrame(description.constants)
+    constants = pd.DataFrame(description.constants_as_json)
     intervals = pd.DataFrame(constants["interval"].tolist(), columns=["lower", "upper"])
     constants = constants.join(intervals).rename(columns={"name": "quantity"})
     constants = constants.assign(kind="constant")
-    slip = replace(description.slip_condition, name=f"|{SLIP}|", meaning=SLIP_MEANING)
-    condition_rows: list[dict[str, Any]] = []
-    for condition in (*description.conditions, slip):
-        condition_rows += _condition_rows(condition)
-    rows = pd.concat([constants, pd.DataFrame(condition_rows)], ignore_index=True)
+    slip = replace(description.slip_variable, name=f"|{SLIP}|", meaning=SLIP_MEANING)
+    variable_rows: list[dict[str, Any]] = []
+    for variable in (*description.law_variables, slip):
+        variable_rows += _rows_of_variable(variable)
+    rows = pd.concat([constants, pd.DataFrame(variable_rows)], ignore_index=True)
     rows = rows[_CSV_COLUMNS].fillna({"verdict": ""}).astype({"value": float})
     return csv_text(pd.DataFrame(description.csv_identity, index=rows.index).join(rows))
 
 
-def _condition_rows(condition: Condition) -> list[dict[str, Any]]:
-    """Rows of the csv table for one condition: its reference, level and tested range."""
-    lowest, highest = condition.tested
+def _rows_of_variable(variable: LawVariable) -> list[dict[str, Any]]:
+    """Rows of the csv table for one variable of the law: its reference, level and tested range."""
+    lowest, highest = variable.tested
     value_of_kind: dict[str, float | None] = {}
-    if condition.reference is not None:
-        value_of_kind["reference"] = condition.reference
-    if condition.role == "fixed":
-        value_of_kind["level"] = condition.level
+    if variable.reference is not None:
+        value_of_kind["reference"] = variable.reference
+    if variable.role == "fixed":
+        value_of_kind["level"] = variable.level
     value_of_kind["tested minimum"] = lowest
     value_of_kind["tested maximum"] = highest
     return [
         {
             "kind": kind,
-            "quantity": condition.name,
+            "quantity": variable.name,
             "value": value,
-            "unit": condition.unit,
-            "meaning": condition.meaning,
+            "unit": variable.unit,
+            "meaning": variable.meaning,
         }
         for kind, value in value_of_kind.items()
     ]
@@ -323,7 +323,7 @@ def json_text(
             "mu_for_slip_of_0_or_more": law.equation,
             "parts_of_mu": dict(law.parts),
             "mu_for_slip_below_0": "-mu(-S)",
-            "coefficients": description.power_law(description.conditions),
+            "coefficients": description.power_law(description.law_variables),
             # conditions g that enter as exp(X (g/reference - 1)) in place of (g/reference)^X
             "exponential": list(law.exponential),
             # by coefficient; the law gives them, so they are no constants of the fit
@@ -335,10 +335,10 @@ def json_text(
             "source": law.source,
         },
         "conditions": [
-            asdict(condition) for condition in (*description.conditions, description.slip_condition)
+            asdict(variable) for variable in (*description.law_variables, description.slip_variable)
         ],
         "limiting_stress_over_pressure": description.limiting_stress_ratio,
-        "constants": list(description.constants),
+        "constants": list(description.constants_as_json),
         "not_sound": list(description.fitted.warnings),
         "fit": _fit_as_json(description),
         "files": file_of_form,
@@ -356,7 +356,7 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
     misfit, run_scatter = description.misfit_and_scatter
     return {
         "certified": description.is_certified,
-        "verdict": certificate(quality),
+        "verdict": certificate_sentence(quality),
         "not_sound_because": list(description.fitted.warnings),
         "points": int(quality["n_points"]),
         "runs": int(quality["n_curves"]),
@@ -452,7 +452,7 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
         "peak_mu": peak_mu,
         "outside_tested_box": description.is_outside_tested_box(groups),
         "peak_above_limiting_stress": peak_mu > description.limiting_stress_ratio,
-        "peak_outside_tested_slip": peak_slip > (description.slip_condition.tested[1] or 0.0),
+        "peak_outside_tested_slip": peak_slip > (description.slip_variable.tested[1] or 0.0),
     }
 
 
@@ -604,7 +604,7 @@ def _readme_page(descriptions: Sequence[Description], text_below: str) -> str:
             {
                 "name": plain_text(description.oil),
                 "folder": description.identifier,
-                "certificate": description.certificate,
+                "certificate": description.certificate_sentence,
                 "depends": _variables_of_mu(description),
             }
         )
@@ -620,5 +620,5 @@ def _variables_of_mu(description: Description) -> str:
     """The variables on which mu depends, and the levels of the other conditions, as text."""
     if description.obstacle:
         return "unknown"
-    symbols = ", ".join([condition.symbol for condition in description.arguments] + ["S"])
+    symbols = ", ".join([argument.symbol for argument in description.arguments] + ["S"])
     return f"{symbols}; {description.where_known}" if description.where_known else symbols

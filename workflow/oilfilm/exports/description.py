@@ -20,15 +20,15 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import misfit_beside_scatter
 from oilfilm.report.captions import credit
-from oilfilm.settings.base import present
+from oilfilm.settings.base import required
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction import expression
 from oilfilm.traction.expression import Node
 from oilfilm.traction.law import QUANTITIES, Law, to_internal
@@ -97,20 +97,20 @@ _SAME_CONTACT = 1e-6
 
 
 @dataclass(frozen=True)
-class Condition:
-    """A variable of the law's coefficients, or the slide-roll ratio S.
+class LawVariable:
+    """A variable of a law: a group of its power laws, or the slide-roll ratio S.
 
     Attributes:
-        name: Column of the tables, with its unit; or a dimensionless group of the law.
+        name: A condition (column of the tables, with its unit), or a dimensionless group.
         symbol: As in the law's equation.
         meaning: Its name in words.
         unit: Unit of the values below.
         role: "argument" of the exported functions; "fixed" where the data give no exponent, so that
-            mu is known only where the condition was tested.
+            mu is known only where the variable was tested.
         level: The one level at which it was tested. None where it is an argument, varies in step
-            with other conditions, or is unknown.
+            with other variables, or is unknown.
         reference: Value at which its power is 1; None for S.
-        tested: Smallest and largest value tested, of |S| for S; None where unknown.
+        tested: Smallest and largest value tested, of |S| for S. None if it is unknown.
     """
 
     name: str
@@ -124,7 +124,7 @@ class Condition:
 
     @property
     def relative_name(self) -> str:
-        """Name of its value over the reference, in exported code."""
+        """Name of its value over the reference, in exported code: `bar_p` for P."""
         return f"bar_{self.symbol.lower()}"
 
 
@@ -150,10 +150,11 @@ class Description:
         identifier: Its name in file names and make_identifiers.
         campaign: The campaign behind the fit; None where the constants are published ones.
         fitted: The law with its constants.
-        conditions: The variables of the law's coefficients, in the law's order.
-        constants: All constants in the law's order, as in the JSON file.
+        law_variables: One variable for each group of the law, in the law's order.
+        constants_as_json: All constants in the law's order, each as an object of the JSON file.
         quality: The oil's row of the table `fit_quality`; None for published constants.
-        adore_points: Operating points (by column) at which the ADORE form is wanted.
+        adore_points: Operating points at which the constants of the ADORE form are exported. Each
+            is a mapping from column to value.
         misfit_and_scatter: Misfit of the law and scatter of runs, relative; NaN where unknown.
         published: Source of published constants; None where they were fitted.
     """
@@ -162,8 +163,8 @@ class Description:
     identifier: str
     campaign: Campaign | None
     fitted: FittedLaw
-    conditions: tuple[Condition, ...]
-    constants: tuple[Mapping[str, Any], ...]
+    law_variables: tuple[LawVariable, ...]
+    constants_as_json: tuple[Mapping[str, Any], ...]
     quality: Mapping[str, Any] | None
     adore_points: tuple[Mapping[str, float], ...]
     misfit_and_scatter: tuple[float, float] = (math.nan, math.nan)
@@ -197,13 +198,13 @@ class Description:
         }
 
     @property
-    def arguments(self) -> tuple[Condition, ...]:
-        """Conditions on which the fitted law depends."""
-        return tuple(condition for condition in self.conditions if condition.role == "argument")
+    def arguments(self) -> tuple[LawVariable, ...]:
+        """Variables of which the fit gives exponents."""
+        return tuple(variable for variable in self.law_variables if variable.role == "argument")
 
     @property
     def where_known(self) -> str:
-        """The tested level or line of each condition that is no argument; empty without one."""
+        """Where each fixed condition was tested, as text. Empty if no condition is fixed."""
         return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed_conditions)
 
     @property
@@ -212,39 +213,39 @@ class Description:
         return self.fitted.coefficients.limiting_stress_ratio
 
     @property
-    def slip_condition(self) -> Condition:
+    def slip_variable(self) -> LawVariable:
         """The slide-roll ratio S. |S| counts as tested from 0, because traction is odd in S."""
         tested = (0.0, number_or_none(self.fitted.coefficients.tested_box[-1, 1]))
         meaning = f"{SLIP_MEANING}, of either sign"
-        return Condition(SLIP, "S", meaning, "1", "argument", None, None, tested)
+        return LawVariable(SLIP, "S", meaning, "1", "argument", None, None, tested)
 
     @property
     def argument_names(self) -> list[str]:
         """Arguments of the exported functions."""
-        return [condition.name for condition in self.arguments] + [SLIP]
+        return [argument.name for argument in self.arguments] + [SLIP]
 
     @property
-    def power_arguments(self) -> tuple[Condition, ...]:
+    def power_arguments(self) -> tuple[LawVariable, ...]:
         """The arguments that enter by a power, which has no value at 0 and below."""
         return tuple(
-            condition for condition in self.arguments if condition.name not in self.law.exponential
+            argument for argument in self.arguments if argument.name not in self.law.exponential
         )
 
     @property
     def power_meanings(self) -> str:
         """The names of these arguments in words, as "pressure and speed"; empty without one."""
-        meanings = [condition.meaning.partition(",")[0] for condition in self.power_arguments]
+        meanings = [argument.meaning.partition(",")[0] for argument in self.power_arguments]
         if len(meanings) < 2:
             return "".join(meanings)
         return f"{', '.join(meanings[:-1])} and {meanings[-1]}"
 
-    def power_law(self, conditions: Sequence[Condition]) -> str:
-        """The power law of the coefficients in these conditions, as an equation."""
+    def power_law(self, variables: Sequence[LawVariable]) -> str:
+        """The power law of the coefficients in these variables, as an equation."""
         power_texts = []
-        for condition in conditions:
-            exponent_index = self.conditions.index(condition) + 1
-            relative_text = f"{condition.symbol} / {condition.reference:g} {condition.unit}"
-            if condition.name in self.law.exponential:
+        for variable in variables:
+            exponent_index = self.law_variables.index(variable) + 1
+            relative_text = f"{variable.symbol} / {variable.reference:g} {variable.unit}"
+            if variable.name in self.law.exponential:
                 power_texts.append(f"exp(X{exponent_index} ({relative_text} - 1))")
             else:
                 power_texts.append(f"({relative_text})^X{exponent_index}")
@@ -254,11 +255,14 @@ class Description:
     def obstacle(self) -> str:
         """A sentence on why no function of mu can be written; empty where one can."""
         lacks_constants = np.isnan(self.fitted.coefficients.constants).any()
-        return certificate(self.quality) if lacks_constants and self.quality else ""
+        return certificate_sentence(self.quality) if lacks_constants and self.quality else ""
 
     @property
     def value_by_constant(self) -> dict[str, float]:
-        """The value of every constant by its name, also of exponents that the law itself gives."""
+        """The value of every constant by its name.
+
+        Exponents that the law prescribes are included.
+        """
         names = [constant.name for constant in self.law.constants]
         return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
 
@@ -277,20 +281,20 @@ class Description:
             for name, value in self.value_by_constant.items()
         }
         steps = []
-        for condition in self.arguments:
-            steps.append((condition.relative_name, f"{condition.name}/{condition.reference!r}"))
+        for argument in self.arguments:
+            steps.append((argument.relative_name, f"{argument.name}/{argument.reference!r}"))
         for coefficient in self.law.coefficient_names:
             factors = [text_of_constant[f"{coefficient}0"]]
-            for exponent_index, condition in enumerate(self.conditions, 1):
+            for exponent_index, variable in enumerate(self.law_variables, 1):
                 exponent_name = f"{coefficient}{exponent_index}"
-                if condition.role != "argument" or self.value_by_constant[exponent_name] == 0:
+                if variable.role != "argument" or self.value_by_constant[exponent_name] == 0:
                     continue
-                if condition.name in self.law.exponential:
+                if variable.name in self.law.exponential:
                     factors.append(
-                        f"exp({text_of_constant[exponent_name]}*({condition.relative_name} - 1))"
+                        f"exp({text_of_constant[exponent_name]}*({variable.relative_name} - 1))"
                     )
                 else:
-                    factors.append(f"{condition.relative_name}**{text_of_constant[exponent_name]}")
+                    factors.append(f"{variable.relative_name}**{text_of_constant[exponent_name]}")
             steps.append((coefficient, " * ".join(factors)))
         steps.append(("S", f"abs({SLIP})"))
         steps += self.law.steps
@@ -303,27 +307,31 @@ class Description:
             group_values: Value of each group of the law, shape (groups,).
         """
         law = self.law
-        is_followed = self.fitted.coefficients.is_followed_group
-        terms = np.where(is_followed, law.terms(group_values), 0.0)
+        group_has_exponent = self.fitted.coefficients.group_has_exponent
+        terms = np.where(group_has_exponent, law.log_terms(group_values), 0.0)
         design = np.concatenate([[1.0], terms])[np.newaxis]
-        sizes = law.sizes(to_internal(law, self.fitted.coefficients.constants), design)[:, 0]
+        magnitudes = law.magnitudes(to_internal(law, self.fitted.coefficients.constants), design)[
+            :, 0
+        ]
         signs = [coefficient.sign for coefficient in law.coefficients]
-        return dict(zip(law.coefficient_names, (sizes * signs).tolist(), strict=True))
+        return dict(zip(law.coefficient_names, (magnitudes * signs).tolist(), strict=True))
 
     def is_outside_tested_box(self, group_values: FloatArray) -> bool:
         """Whether some values of the law's groups are outside the tested box, whatever the slip."""
-        # an unknown end is NaN: every comparison with it is false
-        tested_ends = np.array([condition.tested for condition in self.conditions], dtype=float)
+        # An unknown end is NaN. A comparison with NaN is false, so the point counts as outside.
+        tested_ends = np.array([variable.tested for variable in self.law_variables], dtype=float)
         is_inside = (tested_ends[:, 0] <= group_values) & (group_values <= tested_ends[:, 1])
-        return not is_inside[self.fitted.coefficients.is_followed_group].all()
+        return not is_inside[self.fitted.coefficients.group_has_exponent].all()
 
     # ------------------------------------------------------------ sentences
 
-    def header(self, sentences: Iterable[str], line_start: str, *result_sentences: str) -> str:
+    def header(
+        self, argument_sentences: Iterable[str], line_start: str, *result_sentences: str
+    ) -> str:
         """The head of a source file, as a comment whose lines begin with `line_start`.
 
         Args:
-            sentences: One sentence for each argument: name, meaning, unit, range tested.
+            argument_sentences: One sentence for each argument: name, meaning, unit, range tested.
             line_start: What makes a line a comment.
             result_sentences: Sentences on what the functions return.
         """
@@ -338,7 +346,7 @@ class Description:
             "",
             "Arguments, and the box tested",
         ]
-        texts += [f"  {sentence}" for sentence in sentences]
+        texts += [f"  {sentence}" for sentence in argument_sentences]
         if self.where_known:
             texts.append(f"Not an argument, because {KNOWN_WHERE_TESTED}: {self.where_known}")
         texts += ["", *result_sentences, NOT_MARKED]
@@ -354,7 +362,7 @@ class Description:
         """The source of the constants, and whether the data behind them are measured."""
         if self.published is not None:
             return f"PRINTED CONSTANTS of {self.published.source}"
-        campaign = present(self.campaign, "campaign", "the description of a fit")
+        campaign = required(self.campaign, "campaign", "the description of a fit")
         data = "SIMULATED DATA, not for design"
         if campaign.data == "measured":
             data = plain_text(f"Measured data{credit(campaign)}")
@@ -366,10 +374,10 @@ class Description:
         if self.published is not None:
             sentences = list(self.published.sentences)
         else:
-            quality = present(self.quality, "quality", "the description of a fit")
+            quality = required(self.quality, "quality", "the description of a fit")
             sentences = [
                 f"Fit: {quality['n_points']} points of {quality['n_curves']} runs, rms error of mu "
-                f"{quality['rmse']:.2g}; {self.certificate}"
+                f"{quality['rmse']:.2g}; {self.certificate_sentence}"
             ]
             misfit = misfit_beside_scatter(*self.misfit_and_scatter)
             if misfit:
@@ -379,12 +387,12 @@ class Description:
         ]
 
     @property
-    def certificate(self) -> str:
-        """A sentence: how many searches agree, or why the fit is not certified."""
+    def certificate_sentence(self) -> str:
+        """How many searches agree, or why the fit is not certified."""
         fit = self.quality
         if fit is None:
             return "as printed, not refitted: without errors and intervals"
-        return plain_text(certificate(fit))
+        return plain_text(certificate_sentence(fit))
 
     @property
     def law_sentences(self) -> list[str]:
@@ -400,10 +408,10 @@ class Description:
     def argument_sentences(self) -> list[str]:
         """One sentence per argument, in the units of the tables."""
         sentences = []
-        for condition in self.arguments:
+        for argument in self.arguments:
             sentences.append(
-                f"{condition.name}: {condition.symbol}, {condition.meaning}, {condition.unit}; "
-                f"{range_text(*condition.tested)}"
+                f"{argument.name}: {argument.symbol}, {argument.meaning}, {argument.unit}; "
+                f"{range_text(*argument.tested)}"
             )
         sentences.append(f"{SLIP}: {self.slip_range}")
         return sentences
@@ -411,7 +419,7 @@ class Description:
     @property
     def slip_range(self) -> str:
         """The slide-roll ratio in words, with its tested range."""
-        return f"S, {SLIP_MEANING}, either sign; |S| {range_text(*self.slip_condition.tested)}"
+        return f"S, {SLIP_MEANING}, either sign; |S| {range_text(*self.slip_variable.tested)}"
 
 
 def describe(
@@ -426,20 +434,20 @@ def describe(
         law: The fitted law.
         settings: At least `campaign` and `exports`.
     """
-    points = results.table("points", CURVE_POINTS, oil=oil)
+    points = results.table("points", CURVE_COLUMNS, oil=oil)
     accepted_points = points[points["accepted"]]
-    coefficients = results.coefficients[results.coefficients["oil"] == oil]
+    constant_rows = results.coefficients[results.coefficients["oil"] == oil]
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
     warnings: list[str] = []
     misfit_and_scatter = (float("nan"), float("nan"))
     for row in tables.rows(results.soundness[results.soundness["oil"] == oil]):
         warnings += soundness_warnings(row)
         misfit_and_scatter = (row["misfit"], row["run_scatter"])
-    fitted = FittedLaw.from_tables(coefficients, oil, quality=quality, law=law)
+    fitted = FittedLaw.from_tables(constant_rows, oil, quality=quality, law=law)
     meanings = constant_meanings(law)
-    constants = [
+    constants_as_json = [
         _constant_as_json(row, meanings[row["constant"]])
-        for row in tables.rows(coefficients[coefficients["law"] == law.name])
+        for row in tables.rows(constant_rows[constant_rows["law"] == law.name])
     ]
     (quality_of_law,) = tables.rows(quality[quality["law"] == law.name])
     requested_points = [point.model_dump() for point in settings.exports.adore_points]
@@ -448,16 +456,16 @@ def describe(
         identifier=identifier,
         campaign=settings.campaign,
         fitted=replace(fitted, warnings=tuple(warnings)),
-        conditions=tuple(_conditions(fitted, accepted_points)),
-        constants=tuple(constants),
+        law_variables=tuple(_law_variables(fitted, accepted_points)),
+        constants_as_json=tuple(constants_as_json),
         quality=quality_of_law,
         adore_points=_with_load(requested_points, accepted_points),
         misfit_and_scatter=misfit_and_scatter,
     )
 
 
-def _conditions(fitted: FittedLaw, accepted_points: pd.DataFrame) -> Iterator[Condition]:
-    """Each group of the law as a condition, with its tested range.
+def _law_variables(fitted: FittedLaw, accepted_points: pd.DataFrame) -> Iterator[LawVariable]:
+    """The variable of each group of the law, with its tested range.
 
     Args:
         fitted: The fit.
@@ -471,19 +479,21 @@ def _conditions(fitted: FittedLaw, accepted_points: pd.DataFrame) -> Iterator[Co
     tested_values = pd.DataFrame(
         group_values, columns=list(law.groups), index=accepted_points.index
     )
-    # every run counts once; unknown where a run lacks the condition
-    run_means = tested_values.groupby(accepted_points["run_id"]).mean().mean(skipna=False)
-    is_followed = fitted.coefficients.is_followed_group
-    for group, reference, is_argument in zip(law.groups, law.reference, is_followed, strict=True):
+    # Mean of the means of runs, so that long runs do not count more. NaN if one run has no value.
+    mean_over_runs = tested_values.groupby(accepted_points["run_id"]).mean().mean(skipna=False)
+    group_has_exponent = fitted.coefficients.group_has_exponent
+    for group, reference, is_argument in zip(
+        law.groups, law.reference, group_has_exponent, strict=True
+    ):
         quantity = QUANTITIES[group]
         has_level = not is_argument and group not in in_step_names
-        yield Condition(
+        yield LawVariable(
             name=group,
             symbol=quantity.symbol,
             meaning=quantity.meaning,
             unit=quantity.unit,
             role="argument" if is_argument else "fixed",
-            level=number_or_none(run_means[group]) if has_level else None,
+            level=number_or_none(mean_over_runs[group]) if has_level else None,
             reference=reference,
             tested=(
                 number_or_none(tested_values[group].min()),
@@ -530,6 +540,7 @@ def constant_meanings(law: Law) -> dict[str, str]:
     meanings = {}
     for coefficient in law.coefficient_names:
         meanings[f"{coefficient}0"] = f"{coefficient} at the reference condition"
+        # a fit that does not follow every group names its constant A, not A0
         meanings[coefficient] = (
             f"{coefficient} where the rest was tested, at the reference of the arguments"
         )
@@ -550,7 +561,8 @@ def exponent_meaning(law: Law, group: str) -> str:
 
 
 def _constant_as_json(row: Mapping[str, Any], meaning: str) -> dict[str, Any]:
-    """A constant as in the JSON file, from its row of the table of coefficients."""
+    """A constant as an object of the JSON file, from its row of the table `coefficients`."""
+    # verdicts: known, sign unknown, no interval, at a bound, in step, not identifiable
     if row["verdict"] == "in step":
         meaning = f"{meaning}, along the tested line"
     return {

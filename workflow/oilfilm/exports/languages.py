@@ -12,7 +12,7 @@ from typing import NamedTuple
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA
-from oilfilm.exports.description import SLIP, Condition, Description, plain_text, range_text
+from oilfilm.exports.description import SLIP, Description, LawVariable, plain_text, range_text
 from oilfilm.traction.expression import Form, Language, functions_of
 
 _EXPRESSION_WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
@@ -55,11 +55,11 @@ class _SiInput(NamedTuple):
             return f"({self.name} / {self.factor:g})"
         return f"({self.name} - {self.offset!r})" if self.offset else self.name
 
-    def sentence(self, condition: Condition) -> str:
+    def sentence(self, argument: LawVariable) -> str:
         """Name, meaning, unit and tested range."""
-        lower, upper = condition.tested
+        lower, upper = argument.tested
         tested = range_text(self._in_si(lower), self._in_si(upper))
-        return f"{self.name}: {condition.symbol}, {condition.meaning}, {self.unit}; {tested}"
+        return f"{self.name}: {argument.symbol}, {argument.meaning}, {self.unit}; {tested}"
 
     def _in_si(self, value: float | None) -> float | None:
         """A value in the unit of the tables, in SI units; None where it is unknown."""
@@ -117,7 +117,7 @@ class TargetLanguage:
             powers=description.power_arguments,
             power_meanings=description.power_meanings,
             slip=SLIP,
-            slip_end=description.slip_condition.tested[1],
+            slip_end=description.slip_variable.tested[1],
             limit=repr(description.limiting_stress_ratio),
             marked_where="mu is extrapolated or its size is above "
             f"{description.limiting_stress_ratio:g}, the oil's limiting shear stress over the "
@@ -131,7 +131,7 @@ class TargetLanguage:
             head_si=partial(description.header, _si_sentences(description)),
             result=partial(_result_sentence, description),
             box=partial(self._box_comparisons, description),
-            si=lambda condition: _SI_INPUTS[condition.name],
+            si=lambda argument: _SI_INPUTS[argument.name],
         )
 
     def _wrapped(self, expression: str) -> str:
@@ -150,13 +150,13 @@ class TargetLanguage:
             absolute_function: The language's function of the absolute value.
         """
         comparisons = []
-        for condition in description.arguments:
-            lower, upper = condition.tested
+        for argument in description.arguments:
+            lower, upper = argument.tested
             comparisons.append(
-                f"{condition.name} >= {self._number(lower)} {and_operator} "
-                f"{condition.name} <= {self._number(upper)}"
+                f"{argument.name} >= {self._number(lower)} {and_operator} "
+                f"{argument.name} <= {self._number(upper)}"
             )
-        largest_slip = self._number(description.slip_condition.tested[1])
+        largest_slip = self._number(description.slip_variable.tested[1])
         comparisons.append(f"{absolute_function}({SLIP}) <= {largest_slip}")
         return comparisons
 
@@ -174,9 +174,7 @@ def _result_sentence(description: Description, no_value: str) -> str:
 
 def _si_sentences(description: Description) -> list[str]:
     """One sentence per argument, in SI units."""
-    sentences = [
-        _SI_INPUTS[condition.name].sentence(condition) for condition in description.arguments
-    ]
+    sentences = [_SI_INPUTS[argument.name].sentence(argument) for argument in description.arguments]
     sentences.append(f"{_SI_INPUTS[SLIP].name}: {description.slip_range}")
     return sentences
 

@@ -37,7 +37,7 @@ _NO_FIT = {
 }
 
 
-def certificate(quality_row: Mapping[str, Any]) -> str:
+def certificate_sentence(quality_row: Mapping[str, Any]) -> str:
     """Whether a fit is the best one of its law, and if not, why.
 
     Args:

@@ -352,7 +352,9 @@ def _sums(
     sums_by_curve = np.zeros((*is_evaluated.shape, sums_per_curve))
     # a trial step may run off to where the law overflows; it is then refused
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        sizes = problem.law.sizes(problem.expand(constants.T), design)[:, curve_of_sum, row_of_sum]
+        sizes = problem.law.magnitudes(problem.expand(constants.T), design)[
+            :, curve_of_sum, row_of_sum
+        ]
         curves_per_block = _POINTS_PER_BLOCK * problem.curve_count // max(len(problem.mu), 1)
         curves_per_block = max(curves_per_block, 1)
         blocks_of_sums = []

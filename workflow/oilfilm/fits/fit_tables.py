@@ -432,7 +432,7 @@ def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
     highest = data.conditions.max(axis=0)
     mesh = np.meshgrid(*np.linspace(lowest, highest, _GRID_LEVELS, axis=1), indexing="ij")
     conditions = np.stack(mesh, axis=-1).reshape(-1, len(lowest))
-    design_rows = np.unique(problem.law.design(conditions, problem.is_followed_group), axis=0)
+    design_rows = np.unique(problem.law.design(conditions, problem.group_has_exponent), axis=0)
     largest_slip = float(np.max(np.abs(data.slip)))
     return design_rows, np.linspace(0, largest_slip, _GRID_SLIPS)
 

@@ -38,7 +38,7 @@ from oilfilm.fits.whole_fit import explaining_contradictions, refuse_contradicti
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_oversized
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 
@@ -70,7 +70,7 @@ class Coefficients:
     Attributes:
         constants: In the order of the law, NaN where nothing could be fitted. An exponent that
             the data could not give is 0, and X0 is then the coefficient at the tested level.
-        is_followed_group: Whether the fit follows each of the law's groups, shape (groups,).
+        group_has_exponent: Whether the fit follows each of the law's groups, shape (groups,).
         refits: Constants of each refit of the bootstrap over curves, shape (refits, constants).
         shifted_refits: Constants refitted with one sensor off by its calibration's uncertainty, one
             row per sensor, shape (sensors, constants).
@@ -87,7 +87,7 @@ class Coefficients:
     """
 
     constants: FloatArray
-    is_followed_group: npt.NDArray[np.bool_]
+    group_has_exponent: npt.NDArray[np.bool_]
     refits: FloatArray
     shifted_refits: FloatArray
     tested_box: FloatArray
@@ -103,7 +103,7 @@ class Coefficients:
         no_refits = np.empty((0, len(constants)))
         return cls(
             constants=np.asarray(constants, dtype=float),
-            is_followed_group=np.ones(len(law.groups), dtype=bool),
+            group_has_exponent=np.ones(len(law.groups), dtype=bool),
             refits=no_refits,
             shifted_refits=no_refits,
             tested_box=np.full((len(law.conditions) + 1, 2), np.nan),
@@ -388,9 +388,9 @@ class FittedLaw:
         fitted_groups = {
             constant.condition for constant in law.constants if constant.name in fitted_names
         }
-        is_followed_group = np.array([group in fitted_groups for group in law.groups])
+        group_has_exponent = np.array([group in fitted_groups for group in law.groups])
         return cls(
-            law, replace(Coefficients.bare(law, constants), is_followed_group=is_followed_group)
+            law, replace(Coefficients.bare(law, constants), group_has_exponent=group_has_exponent)
         )
 
     @classmethod
@@ -462,7 +462,7 @@ class FittedLaw:
             is_away |= away_from_condition
         conditions = self.at_tested_levels(conditions)
         is_unknown = np.isnan(
-            self.law.group_values(conditions)[:, self.coefficients.is_followed_group]
+            self.law.group_values(conditions)[:, self.coefficients.group_has_exponent]
         )
         has_no_mu = is_away | is_unknown.any(axis=1)
         mu, law_ends = self._mu_of_law(conditions, slip, has_no_mu, level)
@@ -661,8 +661,8 @@ class FittedLaw:
         """mu for positive slip, shape (points,), and its derivatives by the internal constants."""
         law = self.law
         coefficients = self.coefficients
-        design = law.design(conditions, coefficients.is_followed_group)
-        sizes = law.sizes(to_internal(law, coefficients.constants), design)
+        design = law.design(conditions, coefficients.group_has_exponent)
+        sizes = law.magnitudes(to_internal(law, coefficients.constants), design)
         mu, slopes = law.mu_and_slopes(sizes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
 
@@ -750,8 +750,8 @@ def read_surface(results: CampaignTables, oil: str) -> OilSurface | None:
     surface = surface_from_tables(
         surface_row,
         sizes[sizes["oil"] == oil],
-        results.table("points", CURVE_POINTS, oil=oil),
-        LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.is_followed_group),
+        results.table("points", CURVE_COLUMNS, oil=oil),
+        LawConstants(fit.law, fit.coefficients.constants, fit.coefficients.group_has_exponent),
     )
     tables.release_memory()
     return surface
@@ -813,7 +813,7 @@ def _with_quality(coefficients: Coefficients, law: Law, row: Mapping[str, Any]) 
         coefficients,
         tested_box=tested_box,
         fixed_conditions=fixed_from_text(row["fixed_conditions"]),
-        degrees=degrees_of_spread(row["n_curves"], 1 + coefficients.is_followed_group.sum()),
+        degrees=degrees_of_spread(row["n_curves"], 1 + coefficients.group_has_exponent.sum()),
         limiting_stress_ratio=float(limiting_stress_ratio),
     )
 

@@ -456,7 +456,7 @@ def measured_information(
     coefficients = fitted.coefficients
     if np.isnan(coefficients.constants).any():
         raise OilfilmError(f"{oil}: nothing could be fitted; see results/*/summary.txt.")
-    if coefficients.fixed_conditions or not coefficients.is_followed_group.all():
+    if coefficients.fixed_conditions or not coefficients.group_has_exponent.all():
         reason = "; ".join(fixed.sentence() for fixed in coefficients.fixed_conditions)
         raise OilfilmError(
             f"{oil}: a plan needs a law that follows every condition ({reason or 'it does not'}). "

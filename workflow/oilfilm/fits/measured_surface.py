@@ -265,12 +265,12 @@ class LawConstants(NamedTuple):
     Attributes:
         law: The law.
         constants: Its constants, shape (constants,).
-        is_followed_group: Whether the fit follows each of its groups, shape (groups,).
+        group_has_exponent: Whether the fit follows each of its groups, shape (groups,).
     """
 
     law: Law
     constants: FloatArray
-    is_followed_group: BoolArray
+    group_has_exponent: BoolArray
 
 
 def surface_from_tables(
@@ -318,17 +318,17 @@ def surface_from_tables(
 
 
 def free_law(
-    law: Law, constants: FloatArray, is_followed_group: BoolArray, contact: Contact
+    law: Law, constants: FloatArray, group_has_exponent: BoolArray, contact: Contact
 ) -> FreeLaw:
     """The law of a fit, whose fitted constants are free.
 
     Args:
         law: The law.
         constants: Its constants, shape (constants,).
-        is_followed_group: Whether the fit follows each of its groups, shape (groups,).
+        group_has_exponent: Whether the fit follows each of its groups, shape (groups,).
         contact: What turns its conditions into P, U and T.
     """
-    follows_by_group = dict(zip(law.groups, is_followed_group, strict=True))
+    follows_by_group = dict(zip(law.groups, group_has_exponent, strict=True))
     is_free = []
     for constant in law.constants:
         follows = constant.condition is None or bool(follows_by_group[constant.condition])

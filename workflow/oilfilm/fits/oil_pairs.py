@@ -16,7 +16,7 @@ from oilfilm.fits.measured_surface import Contact, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
 # Fewest conditions of both oils. With fewer, the level of an interval is below 80 %.
@@ -72,7 +72,7 @@ def read_oil(folder: Path, oil_name: str) -> MeasuredOil:
         oil_name: Name of the oil.
     """
     results = CampaignTables.in_folder(folder)
-    points, runs = results.table("points", CURVE_POINTS, oil=oil_name), results.runs
+    points, runs = results.table("points", CURVE_COLUMNS, oil=oil_name), results.runs
     has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
     return MeasuredOil(
         read_fit(folder, oil_name), points, frozenset(runs.loc[has_accepted_points, "rig"])
@@ -140,7 +140,7 @@ def _oil_of_pair(measured_oil: MeasuredOil, assumptions: RunAssumptions) -> OilO
     contact = Contact.from_points(measured_oil.points[measured_oil.points["accepted"]])
     coefficients = measured_oil.fit.coefficients
     law = free_law(
-        measured_oil.fit.law, coefficients.constants, coefficients.is_followed_group, contact
+        measured_oil.fit.law, coefficients.constants, coefficients.group_has_exponent, contact
     )
     _, measurements = usable_measurements(measured_oil.points, law, contact, assumptions)
     return OilOfPair(measurements, law)

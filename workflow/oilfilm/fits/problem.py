@@ -133,7 +133,7 @@ class Problem:
     def _all_names(self) -> list[str]:
         """Names of all constants. If a group did not vary, a coefficient A0 is named A."""
         names = [constant.name for constant in self.law.constants]
-        if self.is_followed_group.all():
+        if self.group_has_exponent.all():
             return names
         coefficient_names = {f"{name}0": name for name in self.law.coefficient_names}
         return [coefficient_names.get(name, name) for name in names]
@@ -154,7 +154,7 @@ class Problem:
         return bounds(self.law)[self.is_free]
 
     @cached_property
-    def is_followed_group(self) -> BoolArray:
+    def group_has_exponent(self) -> BoolArray:
         """Whether each group of the law varied, shape (groups,)."""
         # a group that does not count has its reference value, logarithm 0, in every curve
         return np.asarray(np.any(self.observations.design[:, 1:] != 0, axis=0))
@@ -287,9 +287,9 @@ def build_problem(law: Law, data: CurveData, is_followed_condition: BoolArray) -
         ValueError: A varied condition has a value at which the law has none, or the law cannot
             follow these conditions alone.
     """
-    is_followed_group = law.varied_groups(is_followed_condition)
+    group_has_exponent = law.varied_groups(is_followed_condition)
     followed_groups = {
-        name for name, follows in zip(law.groups, is_followed_group, strict=True) if follows
+        name for name, follows in zip(law.groups, group_has_exponent, strict=True) if follows
     }
     is_free = []
     for constant in law.constants:
@@ -297,6 +297,6 @@ def build_problem(law: Law, data: CurveData, is_followed_condition: BoolArray) -
         has_effect = constant.condition is None or constant.condition in followed_groups
         is_free.append(constant.prescribed is None and has_effect)
     observations = Observations(
-        law.design(data.conditions, is_followed_group), data.curve_of_point, data.slip
+        law.design(data.conditions, group_has_exponent), data.curve_of_point, data.slip
     )
     return Problem(law, data, is_followed_condition, observations, data.mu, np.array(is_free))

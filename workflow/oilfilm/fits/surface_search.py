@@ -36,7 +36,7 @@ from oilfilm.surface.surface import (
     most_likely_surface,
     surface_of_sizes,
 )
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import to_constants
@@ -77,7 +77,7 @@ def _basis_of_surface(
         settings: As of `surface_of_oil`.
         rigs: The rigs of the campaign.
     """
-    points = results.table("points", CURVE_POINTS, oil=oil)
+    points = results.table("points", CURVE_COLUMNS, oil=oil)
     rig_name_of_run = _rig_of_runs(points, results.table("runs", ["run_id", "rig"]))
     assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_name_of_run)
     contact = Contact.from_points(points[points["accepted"]])
@@ -86,7 +86,7 @@ def _basis_of_surface(
         constants = fit.coefficients.constants
         if not contact.has_surface(fit.law) or np.isnan(constants).any():
             continue
-        law = free_law(fit.law, constants, fit.coefficients.is_followed_group, contact)
+        law = free_law(fit.law, constants, fit.coefficients.group_has_exponent, contact)
         run_ids, measurements = usable_measurements(points, law, contact, assumptions)
         if len(run_ids) < settings.surface.fewest_curves:
             break

@@ -199,7 +199,7 @@ def sliders(
         start = float(np.clip(start_point.get(name, low), low, high))
         # every law depends on the slide-roll ratio
         idle = name != "slide_roll_ratio" and not any(
-            fit.coefficients.is_followed_group[index] for fit in fit_by_oil.values()
+            fit.coefficients.group_has_exponent[index] for fit in fit_by_oil.values()
         )
         axes.append(Axis.over(name, low, high, start, idle))
     return axes
@@ -260,7 +260,7 @@ def law_as_json(fit: FittedLaw, load_n_at_1_gpa: float | None = None) -> dict[st
         "reference": law.reference,
         "exponential": [group in law.exponential for group in law.groups],
         "internal": to_internal(law, coefficients.constants),
-        "known": coefficients.is_followed_group,
+        "known": coefficients.group_has_exponent,
         "fixed": _fixed_conditions(fit),
         "level": fit.interval_level(CONFIDENCE),
         "limit": coefficients.limiting_stress_ratio,

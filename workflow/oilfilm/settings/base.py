@@ -51,7 +51,7 @@ def optional(meaning: str, **limits: Any) -> Any:
     return key(meaning, default=None, **limits)
 
 
-def present(value: T | None, key_name: str, owner: str) -> T:
+def required(value: T | None, key_name: str, owner: str) -> T:
     """The value of an optional key, where it is needed.
 
     Args:

@@ -14,7 +14,7 @@ from oilfilm.tables.table_needs import FIT_TABLES, NOT_IN_EVERY_CAMPAIGN
 
 # Columns of `points` with what was measured and at which conditions. Read only these where they are
 # enough: the table has three times as many, and is the largest one of a large campaign.
-CURVE_POINTS = (
+CURVE_COLUMNS = (
     *("run_id", "oil", "first_row", "accepted"),
     *("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c"),
     *("slide_roll_ratio", "slide_roll_ratio_se"),
@@ -22,7 +22,7 @@ CURVE_POINTS = (
 )
 # The same with the calibration of the sensors, for a fit.
 FITTED_POINTS = (
-    *CURVE_POINTS,
+    *CURVE_COLUMNS,
     *("load_systematic_n", "traction_force_systematic_n"),
     *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
     "traction_force_n",

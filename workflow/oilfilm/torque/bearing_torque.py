@@ -25,7 +25,7 @@ from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.physics.contact import Contact, Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.settings.base import present
+from oilfilm.settings.base import required
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -416,7 +416,7 @@ def _laws_in_bearing(
     law_by_variable = {}
     for load_variable, law_name in law_name_by_variable.items():
         coefficients = fitted_by_law_name[law_name].coefficients
-        if coefficients.is_followed_group.all() and not np.isnan(coefficients.constants).any():
+        if coefficients.group_has_exponent.all() and not np.isnan(coefficients.constants).any():
             law_by_variable[load_variable] = LawInBearing.from_fit(
                 fitted_by_law_name[law_name],
                 load_variable,
@@ -662,7 +662,7 @@ def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings)
 
 def _calibration_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the measured torque by offset and gain of the sensor."""
-    calibration = present(settings.campaign.torque, "torque", "the campaign").calibration
+    calibration = required(settings.campaign.torque, "torque", "the campaign").calibration
     gain_n_m = calibration.torque_relative * plateaus["measured_torque_n_m"].to_numpy()
     return np.hypot(calibration.torque_n_m, gain_n_m)
 

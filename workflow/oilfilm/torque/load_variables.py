@@ -87,12 +87,12 @@ class LawInBearing:
         conditions_of_law = np.stack(limited_levels, axis=-1)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
         conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
-        design = law.design(conditions_table, self.fitted.coefficients.is_followed_group)
+        design = law.design(conditions_table, self.fitted.coefficients.group_has_exponent)
         design = design.reshape(*conditions_of_law.shape[:-1], -1)
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
         constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
         coefficients_of_law = np.exp(np.einsum("...d,...ld->l...", design, constants))
-        mu = law.mu_of_sizes(coefficients_of_law, slide_roll_ratio)
+        mu = law.mu_of_magnitudes(coefficients_of_law, slide_roll_ratio)
         # at small slip a law may give more traction than the creep of the bodies allows
         relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
         creep = creep_slope(relative_pressure, conditions.ellipticity)

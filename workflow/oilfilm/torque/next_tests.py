@@ -35,7 +35,7 @@ from oilfilm.fits.problem import Curves
 from oilfilm.physics.contact import Floats
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.torque.answers import DUTY_COLUMNS, Budget, budgets, duty_points
 from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results, stacked
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
@@ -253,7 +253,7 @@ def plan_oil(
         )
     fitted = FittedLaw.from_results(results, oil_name)
     law_error_beyond = settings.bearing.law_error_beyond
-    points = results.table("points", CURVE_POINTS, oil=oil_name)
+    points = results.table("points", CURVE_COLUMNS, oil=oil_name)
     information = measured_information(fitted, points, oil_name, rig.calibration, law_error_beyond)
     film = Film(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels

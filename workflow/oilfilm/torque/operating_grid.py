@@ -14,6 +14,7 @@ from oilfilm.physics.oils import Oil
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
 
+# Names of the axes of a grid: pressure, speed, temperature and slip.
 AXES = (*CONDITIONS, "slide_roll_ratio")
 
 
@@ -48,9 +49,13 @@ class Grid:
             np.asarray(slide_roll_ratio, dtype=float),
         )
 
-    def with_levels(self, **values_by_axis: Sequence[float] | FloatArray) -> "Grid":
-        """The grid with other levels on some of its axes."""
-        arrays = {name: np.asarray(values, dtype=float) for name, values in values_by_axis.items()}
+    def with_levels(self, **levels: Sequence[float] | FloatArray) -> "Grid":
+        """The grid with other levels on some of its axes.
+
+        Args:
+            levels: The levels of an axis by its name, one of `AXES`.
+        """
+        arrays = {name: np.asarray(values, dtype=float) for name, values in levels.items()}
         return replace(self, **arrays)
 
     @property
@@ -140,7 +145,9 @@ def reason_without_value(fitted: FittedLaw) -> str:
         return "nothing could be fitted"
     symbols_not_followed = [
         QUANTITIES[name].symbol
-        for name, is_followed in zip(CONDITIONS, fitted.coefficients.is_followed_group, strict=True)
+        for name, is_followed in zip(
+            CONDITIONS, fitted.coefficients.group_has_exponent, strict=True
+        )
         if not is_followed
     ]
     if symbols_not_followed:

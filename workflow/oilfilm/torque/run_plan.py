@@ -22,7 +22,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.config import PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import scaled_conditions
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.set_points import with_matched_set_points, with_measured_set_points
 from oilfilm.torque.bearing_torque import stacked
 from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
@@ -72,7 +72,7 @@ class MeasuredRuns:
 
         Runs without a set point have their measured mean. Runs of unknown conditions are left out.
         """
-        points = results.table("points", CURVE_POINTS, oil=oil_name)
+        points = results.table("points", CURVE_COLUMNS, oil=oil_name)
         points = points[points["accepted"]]
         points_by_run = points.groupby("run_id")
         runs = results.runs[results.runs["run_id"].isin(list(points_by_run.groups))]

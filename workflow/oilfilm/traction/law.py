@@ -141,7 +141,8 @@ class Law:
         coefficients: The coefficients of the equation. Arrays of coefficients have this order.
         reference: Value of each group at which every power law is 1.
         conditions: Columns of the table of points that the law needs.
-        groups: Variables of the power laws: the conditions, or groups of them.
+        groups: Variables of the power laws. A group is a condition, or a dimensionless combination
+            of conditions and of properties of the oil.
         exponential: Groups g that enter as exp(Xi (g/reference - 1)) in place of a power. At the
             reference its slope is that of a power with the exponent Xi.
         must_vary: Conditions that must vary for the law to be fitted.
@@ -207,27 +208,27 @@ class Law:
                 raise ValueError(f"{self.name} needs {name} to vary")
         return condition_varies
 
-    def mu_of_sizes(self, sizes: FloatArray, slip: FloatArray) -> FloatArray:
-        """mu from the sizes |X| of the coefficients, shape (coefficients, ...), at slips (...)."""
+    def mu_of_magnitudes(self, magnitudes: FloatArray, slip: FloatArray) -> FloatArray:
+        """mu from magnitudes |X| of the coefficients, shape (coefficients, ...), at slips (...)."""
         compiled_function = _compiled(self.graphs[:1], self._arguments)
-        (mu,) = compiled_function(*sizes, slip)
+        (mu,) = compiled_function(*magnitudes, slip)
         return np.asarray(mu)
 
     def mu_and_slopes(
-        self, sizes: FloatArray, slip: FloatArray
+        self, magnitudes: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """mu and its derivatives by each ln|X|; they broadcast to the shape of the arguments."""
         compiled_function = _compiled(self.graphs, self._arguments)
-        mu, *slopes = compiled_function(*sizes, slip)
+        mu, *slopes = compiled_function(*magnitudes, slip)
         return mu, tuple(slopes)
 
     def mu_slopes_and_curvatures(
-        self, sizes: FloatArray, slip: FloatArray, coefficient_indices: tuple[int, ...]
+        self, magnitudes: FloatArray, slip: FloatArray, coefficient_indices: tuple[int, ...]
     ) -> tuple[FloatArray, tuple[FloatArray, ...], tuple[FloatArray | float, ...]]:
         """mu, its first and its second derivatives by the ln|X| of some coefficients.
 
         Args:
-            sizes: |X| of each coefficient, shape (coefficients, ...).
+            magnitudes: |X| of each coefficient, shape (coefficients, ...).
             slip: Slide-roll ratio, shape (...).
             coefficient_indices: Indices of these coefficients.
 
@@ -236,7 +237,7 @@ class Law:
             derivative that is zero everywhere is a number.
         """
         compiled_function = _to_second_order(self.graphs, self._arguments, coefficient_indices)
-        mu, *derivatives = compiled_function(*sizes, slip)
+        mu, *derivatives = compiled_function(*magnitudes, slip)
         slopes = tuple(derivatives[: len(coefficient_indices)])
         curvatures = tuple(derivatives[len(coefficient_indices) :])
         return mu, slopes, curvatures
@@ -254,7 +255,7 @@ class Law:
 
     @cached_property
     def graphs(self) -> tuple[Node, ...]:
-        """mu by the sizes |X| and S, and its derivatives by each ln|X|."""
+        """mu by the magnitudes |X| and S, and its derivatives by each ln|X|."""
         signs = tuple((coefficient.name, coefficient.sign) for coefficient in self.coefficients)
         return _graphs(self.equation, self.parts, signs)
 
@@ -322,7 +323,7 @@ class Law:
         """Internal constants with the exponents that the law prescribes, and 0 elsewhere."""
         return np.array([constant.prescribed or 0.0 for constant in self.constants])
 
-    def terms(self, groups: FloatArray) -> FloatArray:
+    def log_terms(self, groups: FloatArray) -> FloatArray:
         """Change of ln|X| per unit of each exponent, shape (..., groups); 0 at the reference.
 
         It is ln(g/reference) of a power, NaN where g is not above zero, and g/reference - 1 of an
@@ -352,7 +353,7 @@ class Law:
             NoValueError: A group is not above zero, so that its power has no value.
         """
         condition_rows = np.atleast_2d(conditions)
-        terms = self.terms(self.group_values(condition_rows))
+        terms = self.log_terms(self.group_values(condition_rows))
         if is_followed is not None:
             terms = np.where(is_followed, terms, 0.0)
         rows_without_value = condition_rows[np.isnan(terms).any(axis=1)]
@@ -362,7 +363,7 @@ class Law:
             raise NoValueError(f"{self.name} needs {needed} above zero; found {values}")
         return np.column_stack([np.ones(len(terms)), terms])
 
-    def sizes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
+    def magnitudes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
         """|X| of each coefficient, shape (coefficients, rows of design[, population])."""
         population_shape = internal.shape[1:]
         # first axis: terms of the power laws, that is X0 and the exponents
@@ -378,14 +379,16 @@ class Law:
 
     def traction(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """mu at each point, shape (points,) or (points, population)."""
-        sizes = self.sizes(internal, observations.design)[:, observations.curve_of_point]
+        magnitudes = self.magnitudes(internal, observations.design)[:, observations.curve_of_point]
         slip = observations.slip
-        return self.mu_of_sizes(sizes, slip if internal.ndim == 1 else slip[:, np.newaxis])
+        return self.mu_of_magnitudes(
+            magnitudes, slip if internal.ndim == 1 else slip[:, np.newaxis]
+        )
 
     def jacobian(self, internal: FloatArray, observations: Observations) -> FloatArray:
         """Derivatives of mu by each internal constant, shape (points, constants)."""
-        sizes = self.sizes(internal, observations.design)[:, observations.curve_of_point]
-        _, slopes = self.mu_and_slopes(sizes, observations.slip)
+        magnitudes = self.magnitudes(internal, observations.design)[:, observations.curve_of_point]
+        _, slopes = self.mu_and_slopes(magnitudes, observations.slip)
         design_rows = observations.design[observations.curve_of_point]
         return np.hstack([slope[:, np.newaxis] * design_rows for slope in slopes])
 
@@ -404,7 +407,7 @@ class Law:
 def _graphs(
     equation: str, named_parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
 ) -> tuple[Node, ...]:
-    """Graphs of mu and of its derivatives by each ln|X|, with the sizes |X| and S as names."""
+    """Graphs of mu and of its derivatives by each ln|X|, with the magnitudes |X| and S as names."""
     node_of_name = {"S": expression.name_node("S")}
     for name, sign in signs:
         node_of_name[name] = expression.parse(
@@ -454,6 +457,14 @@ def to_constants(law_or_signs: "Law | IndexArray", internal: FloatArray) -> Floa
 
 def to_internal(law: Law, constants: FloatArray) -> FloatArray:
     """Internal constants from the constants of a law's equation, shape (..., constants).
+
+    The search works on internal constants: ln|X0| in place of each X0, and the exponents as they
+    are.
+
+    Args:
+        law: The law.
+        constants: X0 with its sign, then the exponents, of each coefficient, in the order of
+            `Law.constants`, shape (..., constants).
 
     Raises:
         ValueError: A constant has the sign that the law forbids.

@@ -35,7 +35,7 @@ from oilfilm.report.figures.sheet import (
 )
 from oilfilm.report.names import law_title
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.torque.operating_grid import Grid, film_by_oil, reason_without_value, traction_on_grid
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
@@ -249,7 +249,7 @@ def mu_at_zero_slip(
     if coefficients.loc[is_of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})
     law = laws_of(oil, settings)[law_name]
-    data = curve_data(results.table("points", CURVE_POINTS, oil=oil), law.conditions)
+    data = curve_data(results.table("points", CURVE_COLUMNS, oil=oil), law.conditions)
     fitted = FittedLaw.from_tables(coefficients, oil, law=law)
     mu = fitted.predict(data.conditions, np.zeros(len(data.run_ids))).traction_coefficient
     order = np.argsort(data.conditions[:, -1], kind="stable")
@@ -448,7 +448,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     at the slowest run of the highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
-    parts = results.parts_of_runs("points", [*CURVE_POINTS, "lambda_ratio"])
+    parts = results.parts_of_runs("points", [*CURVE_COLUMNS, "lambda_ratio"])
     points = pd.concat(_points_near_slip(part, level) for part in parts)
     points = points.dropna(subset="lambda_ratio")
     points = _with_set_points(points, results.runs)
@@ -612,7 +612,7 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
 
 def _points_at_conditions(results: CampaignTables, oil: str, figure_settings: Any) -> pd.DataFrame:
     """Accepted points of an oil at the chosen speed and temperature."""
-    points = results.table("points", CURVE_POINTS, oil=oil)
+    points = results.table("points", CURVE_COLUMNS, oil=oil)
     points_of_oil = points[points["accepted"]]
     means = points_of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
     relative_speed = means["entrainment_speed_m_s"] / figure_settings.entrainment_speed_m_s - 1

@@ -20,7 +20,7 @@ from oilfilm import tables
 from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
-from oilfilm.fits.certificate_sentences import certificate
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import fixed_from_text
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE, normal_quantile
@@ -41,7 +41,7 @@ from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa,
 from oilfilm.report.names import CONDITION_TEXTS, gate_in_words, law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
-from oilfilm.tables.campaign_tables import CURVE_POINTS, CampaignTables
+from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.torque.answers import CAUSES, range_text, what_to_measure, with_interval
 from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
@@ -83,7 +83,7 @@ def fits_section(results: CampaignTables) -> Section:
             oil: _surface_sentences(results, oil, row) for oil, row in verdict_by_oil.items()
         },
         lost=[
-            {"oil": row["oil"], "certificate": certificate(row)}
+            {"oil": row["oil"], "certificate": certificate_sentence(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
         ],
         odd_curves=_odd_curves(results.configured.curve_residuals),
@@ -709,7 +709,7 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
     step = max(math.ceil(accepted_count / points_max), 1)
     drawn_parts = []
     count_before = 0
-    for part in results.parts("points", CURVE_POINTS):
+    for part in results.parts("points", CURVE_COLUMNS):
         accepted_points = part[part["accepted"]]
         drawn_parts.append(accepted_points.iloc[-count_before % step :: step])
         count_before += len(accepted_points)

@@ -87,4 +87,4 @@ def traction_coefficient(
     a = coefficient(*a_constants)
     b = coefficient(*b_constants)
     c = coefficient(*c_constants)
-    return DENG2026.mu_of_sizes(np.array([-a, b, c]), np.asarray(slide_roll_ratio))
+    return DENG2026.mu_of_magnitudes(np.array([-a, b, c]), np.asarray(slide_roll_ratio))
