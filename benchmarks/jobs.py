@@ -29,7 +29,7 @@ from scale import LONG, NAMES, OILS, levels, snakemake, write_logs
 from campaigns import QUICK, printed, read_campaign, write_campaign
 from oilfilm import tables
 from oilfilm.base.digests import file_digest
-from oilfilm.logs.raw_files import listing, read_listings
+from oilfilm.logs.raw_files import listing_text, read_listings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 # Logs whose plateaus are used again; at least five of each oil, as its shapes are judged.
@@ -85,7 +85,7 @@ def multiply(share: Path, runs: int) -> int:
     )
     digests = dict(zip(all_runs["file"], all_runs["sha256"], strict=True))
     (share / "logs.sha256").write_text(
-        listing({f"data/raw/scale/{f}": d for f, d in digests.items()})
+        listing_text({f"data/raw/scale/{f}": d for f, d in digests.items()})
     )
     list_again(share)
     return count
@@ -97,7 +97,7 @@ def list_again(share: Path) -> None:
     listed = results / f"made/points-{share.name}.sha256"
     project = results.parents[1]
     listed.write_text(
-        listing({path: file_digest(project / path) for path in read_listings(listed)})
+        listing_text({path: file_digest(project / path) for path in read_listings(listed)})
     )
 
 

@@ -68,9 +68,9 @@ def test_comment_in_a_file_of_data_counts_for_nothing(
 
 def test_digest_of_a_folder_knows_names_and_contents(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("1")
-    first_digest = digests.input_digest(tmp_path)
+    first_digest = digests.path_digest(tmp_path)
     (tmp_path / "a").rename(tmp_path / "b")
-    assert digests.input_digest(tmp_path) != first_digest
+    assert digests.path_digest(tmp_path) != first_digest
     # sha256 of the empty message: FIPS 180-4 test vector
     (tmp_path / "empty").touch()
     assert digests.file_digest(tmp_path / "empty").startswith("e3b0c44298fc1c14")

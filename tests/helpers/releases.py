@@ -14,7 +14,7 @@ from campaigns import ROOT, Campaign, rows
 from oilfilm import tables
 from oilfilm.base import home
 from oilfilm.base.home import RUN_LOCK
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -138,7 +138,7 @@ def made_now(run: FinishedRun) -> None:
         for name, path in run.files_below_results().items()
     }
     (run.root / run.step_listings[0]).parent.mkdir(exist_ok=True)
-    (run.root / run.step_listings[0]).write_text(listing(digests), encoding="utf-8")
+    (run.root / run.step_listings[0]).write_text(listing_text(digests), encoding="utf-8")
 
 
 def alter(release: Path, path: str, content: bytes) -> None:

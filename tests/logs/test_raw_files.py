@@ -115,7 +115,7 @@ ABC = "ba7816bf8f01cfea414140de5dae2223b00361a396177a9cb410ff61f20015ad"
 
 def test_listing_is_what_sha256sum_writes(tmp_path: Path) -> None:
     written = tmp_path / "logs.sha256"
-    written.write_text(raw_files.listing({"two words.csv": ABC}))
+    written.write_text(raw_files.listing_text({"two words.csv": ABC}))
     assert written.read_text() == f"{ABC}  two words.csv\n"
     assert raw_files.read_listings(written) == {"two words.csv": ABC}
 

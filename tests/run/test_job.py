@@ -70,7 +70,7 @@ def test_provenance_names_the_logs_whatever_shares_they_were_read_in(copies: Pat
     assert inputs_of(copies, [["c"], ["a", "b"]], {}) == together
     assert inputs_of(copies, [["c"], ["a"]], {}) != together
     # a part names each, so that what joins the parts can
-    assert inputs_of(copies, [["a"]], {"shard": "3"}).keys() == {"rule points", "data/raw/june/a"}
+    assert inputs_of(copies, [["a"]], {"share": "3"}).keys() == {"rule points", "data/raw/june/a"}
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from oilfilm.base.digests import files_below
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.run.leftovers import remove_leftovers
 
 ASKED = {
@@ -38,7 +38,7 @@ def results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     listed = ("tables/claims.parquet", "figures/dropped.png", "figures/curves.png")
     stated = {f"results/june/{name}": "0" * 64 for name in listed}
     elsewhere = {"data/raw/june/a.csv": "0" * 64, "results/july/report.html": "0" * 64}
-    (results / "made/fit-x-two.sha256").write_text(listing(stated | elsewhere))
+    (results / "made/fit-x-two.sha256").write_text(listing_text(stated | elsewhere))
     for path in elsewhere:
         Path(path).parent.mkdir(parents=True)
         Path(path).touch()

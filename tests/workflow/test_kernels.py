@@ -26,7 +26,7 @@ NEWEST = [name for name, cpu in CPUS.items() if not cpu.lacking()][-1:]
 OIL = "4010"
 LAW_FILE_NAMES = [LAW_FILES[law].stem for law in QUICK["compare"]["laws"]]
 JOBS = [
-    *("points shard=0", "collect"),
+    *("points share=0", "collect"),
     *(f"fit oil={OIL} law_file={name}" for name in LAW_FILE_NAMES),
     f"surface oil={OIL}",
     *("fits", "torque_runs", "bearing_maps", "torque"),

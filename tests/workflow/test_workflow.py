@@ -20,7 +20,7 @@ from campaigns import (
 )
 from oilfilm import tables
 from oilfilm.base.digests import file_digest
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.releases.stored_release import StoredRelease
 from reproduce import announced_jobs, fail, files_made, succeed
 
@@ -180,7 +180,9 @@ def test_what_the_campaign_no_longer_asks_for_goes_with_the_next_run(project: Pa
         results / "parts/fit/4102/carreau/refits.parquet",
         results / "made/dropped.sha256",
     )
-    made.write_text(listing({f"results/small/figures/{listed.name}": "0" * 64}), encoding="utf-8")
+    made.write_text(
+        listing_text({f"results/small/figures/{listed.name}": "0" * 64}), encoding="utf-8"
+    )
     of_law.parent.mkdir()
     for path in (listed, mine, of_law):
         path.touch()

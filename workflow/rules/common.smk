@@ -99,7 +99,7 @@ pathvars:
 
 
 wildcard_constraints:
-    shard=r"\d+",
+    share=r"\d+",
     oil="|".join(OILS),
 
 

@@ -6,26 +6,26 @@ rule points:
     input:
         listing=rules.twin.output.listing if SIMULATED else [],
         logs=lambda wildcards: raw_logs(
-            RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.shard), [])
+            RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.share), [])
         ),
     output:
         samples=SAMPLE_FILES,
-        points="<parts>/points/{shard}/points.parquet",
-        runs="<parts>/points/{shard}/runs.parquet",
-        quarantine="<parts>/points/{shard}/quarantine.parquet",
-        logs="<parts>/points/{shard}/logs.sha256",
-        made=made("points-{shard}", shard=SHARDS),
+        points="<parts>/points/{share}/points.parquet",
+        runs="<parts>/points/{share}/runs.parquet",
+        quarantine="<parts>/points/{share}/quarantine.parquet",
+        logs="<parts>/points/{share}/logs.sha256",
+        made=made("points-{share}", share=SHARES),
     log:
-        "<logs>/points/{shard}.log",
+        "<logs>/points/{share}.log",
     params:
         code=lambda wildcards: code("points.py", tables=rules.points.output.keys()),
         files=lambda wildcards: digests_of_logs(
-            RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.shard), [])
+            RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.share), [])
         ),
         sheet=lambda wildcards: sheet_rows(
             RAW_FOLDER,
-            LOG_NAMES_OF_SHARE.get(int(wildcards.shard), []),
-            remarks=int(wildcards.shard) == SHARDS[0],
+            LOG_NAMES_OF_SHARE.get(int(wildcards.share), []),
+            remarks=int(wildcards.share) == SHARES[0],
         ),
         config=part(
             *("rigs", "oils", "logged_twice", "same_set_point", "same_condition"),
@@ -46,10 +46,10 @@ checkpoint collect:
     "All runs and points of the campaign, judged by the gates that compare runs; what it covers."
     input:
         **{
-            table: expand(f"<parts>/points/{{shard}}/{table}.parquet", shard=SHARDS)
+            table: expand(f"<parts>/points/{{share}}/{table}.parquet", share=SHARES)
             for table in ("points", "runs", "quarantine")
         },
-        digests=expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
+        digests=expand("<parts>/points/{share}/logs.sha256", share=SHARES),
     output:
         **written("points", "runs", "quarantine", "coverage", "gate_counts"),
         spreadsheet="<tables>/quarantine.csv",

@@ -4,7 +4,7 @@ rule refused:
         **finished("points", "runs", "quarantine", "torque_quarantine"),
         listing=rules.torque_twin.output.listing if TORQUE_SIMULATED else [],
         logs=raw_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
-        samples=expand(SAMPLE_FILES, shard=SHARDS),
+        samples=expand(SAMPLE_FILES, share=SHARES),
     output:
         refused_pages=directory("<results>/refused"),
         made=made("refused"),

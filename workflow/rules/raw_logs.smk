@@ -59,10 +59,10 @@ except OilfilmError as mistake:
     stop(mistake)
 
 LOG_NAMES_OF_SHARE = shares_of(LOG_NAMES, SETTINGS.split.runs)
-SHARDS = list(LOG_NAMES_OF_SHARE)
+SHARES = list(LOG_NAMES_OF_SHARE)
 # Patterns of the files of samples, one per oil. They are texts of their own, because several rules
 # expand them: an output of a rule that is kept in object storage cannot be expanded.
-SAMPLE_FILES = [f"<tables>/samples/oil={oil}/part-{{shard}}.parquet" for oil in OILS]
+SAMPLE_FILES = [f"<tables>/samples/oil={oil}/part-{{share}}.parquet" for oil in OILS]
 
 LOG_DIGESTS = LogDigests(SNAKEMAKE_FOLDER / f"oilfilm-digests-{CAMPAIGN.name}.json")
 

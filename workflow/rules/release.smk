@@ -8,7 +8,7 @@ rule release:
         samples=rules.report.input.samples,
         package=rules.report.output.package,
         digests=[
-            *expand("<parts>/points/{shard}/logs.sha256", shard=SHARDS),
+            *expand("<parts>/points/{share}/logs.sha256", share=SHARES),
             *([rules.torque_runs.output.logs] if CAMPAIGN.torque is not None else []),
         ],
         made=STEP_LISTINGS,

@@ -20,7 +20,7 @@ rule report:
     "What a reader wants to know of the campaign, as a page and as text; a data package of its tables."
     input:
         **TABLE_FILES,
-        samples=expand(SAMPLE_FILES, shard=SHARDS),
+        samples=expand(SAMPLE_FILES, share=SHARES),
         refused_pages=rules.refused.output.refused_pages,
         references=references_of_studies("reported"),
         png=expand("<figures>/{figure}.png", figure=CAMPAIGN.figures),

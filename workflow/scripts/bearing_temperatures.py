@@ -4,6 +4,6 @@ import oilfilm.run.job as run
 from oilfilm.torque.bearing_torque import cage_slip_by_temperature_table, oils_of_results
 
 with run.job(snakemake) as job:
-    oils = oils_of_results(job.tables, job.settings)
+    oils = oils_of_results(job.input_tables, job.settings)
     by_temperature = cage_slip_by_temperature_table(oils, job.settings)
     job.write({"cage_slip_by_temperature": by_temperature})

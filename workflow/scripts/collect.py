@@ -6,7 +6,7 @@ import pandas as pd
 
 import oilfilm.run.job as run
 from oilfilm import tables
-from oilfilm.base.digests import settings_digest
+from oilfilm.base.digests import mapping_digest
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.curation.curate import compare_runs
 from oilfilm.logs.first_seen import FirstSeen
@@ -24,7 +24,7 @@ with run.job(snakemake) as job:
         if removed_logs:
             run.say(removed_logs)
     job.provenance["inputs"] |= params.run_sheet
-    compared = compare_runs(job.tables, job.settings)
+    compared = compare_runs(job.input_tables, job.settings)
     runs, quarantine = compared.runs, compared.quarantine
     points_path = Path(outputs.points)
     counts = runs.set_index("run_id")["plateaus"]
@@ -44,7 +44,7 @@ with run.job(snakemake) as job:
         # the footer names only the logs of this oil: the log of another oil changes no byte
         runs_of_oil = runs[runs["oil"] == oil]
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
-        inputs_of_oil = {f"logs of {oil}": settings_digest(log_digests)[:16]}
+        inputs_of_oil = {f"logs of {oil}": mapping_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
         with tables.writing("points", Path(path), provenance, tables.ROW_GROUP) as add:
             for part in tables.read_parts("points", points_path):

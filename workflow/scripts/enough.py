@@ -7,5 +7,5 @@ from oilfilm.base.atomic_write import write_text
 from oilfilm.report.enough import accepted_runs_text
 
 with run.job(snakemake) as job:
-    text = accepted_runs_text(job.tables, job.settings.campaign)
+    text = accepted_runs_text(job.input_tables, job.settings.campaign)
     write_text(text, Path(snakemake.output.accepted_runs))

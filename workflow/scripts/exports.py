@@ -7,7 +7,7 @@ from oilfilm.base.atomic_write import atomic_folder, write_bytes
 from oilfilm.exports.campaign import export_campaign
 
 with run.job(snakemake) as job:
-    files = export_campaign(job.tables, job.settings, job.provenance)
+    files = export_campaign(job.input_tables, job.settings, job.provenance)
     with atomic_folder(Path(snakemake.output.folder)) as folder:
         for name, content in files.items():
             write_bytes(content, folder / name)

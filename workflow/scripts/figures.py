@@ -19,7 +19,7 @@ with run.job(snakemake) as job:
             references[Path(file).stem] = study.read_reference(Path(file))
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
-        job.tables,
+        job.input_tables,
         job.settings,
         references,
         job.provenance,

@@ -13,7 +13,7 @@ from oilfilm.tables.table_needs import FIT_TABLES
 
 with run.job(snakemake) as job:
     oil, law_names = snakemake.wildcards.oil, snakemake.params.laws
-    points = job.tables.table("points", FITTED_POINTS)
+    points = job.input_tables.table("points", FITTED_POINTS)
     fits = [fit_law(points, oil, law_name, job.settings) for law_name in law_names]
     job.write({name: pd.concat([fit.table(name) for fit in fits]) for name in FIT_TABLES})
     with Path(snakemake.log[0]).open("a", encoding="utf-8") as log:

@@ -5,7 +5,7 @@ from pathlib import Path
 import oilfilm.run.job as run
 from oilfilm.base.atomic_write import write_text
 from oilfilm.curation.curate import curate_share
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.logs.run_sheet import RunSheet
 
 with run.job(snakemake) as job:
@@ -15,4 +15,4 @@ with run.job(snakemake) as job:
     sheet = RunSheet.of_plain(snakemake.params.sheet)
     curated = curate_share(logs, job.settings, sheet, samples, job.provenance)
     job.write({"points": curated.points, "runs": curated.runs, "quarantine": curated.quarantine})
-    write_text(listing(logs.digest_of_path()), Path(outputs.logs))
+    write_text(listing_text(logs.digest_of_path()), Path(outputs.logs))

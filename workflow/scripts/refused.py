@@ -20,14 +20,14 @@ from oilfilm.tables.samples_content import reader_of_samples
 with run.job(snakemake) as job:
     inputs = snakemake.input
     samples_of_run = reader_of_samples([Path(path) for path in inputs.samples])
-    quarantine = job.tables.quarantine
-    parts = job.tables.parts("points", MARKED_POINTS)
+    quarantine = job.input_tables.quarantine
+    parts = job.input_tables.parts("points", MARKED_POINTS)
     # pages show plateaus of refused runs alone
     points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts)
-    traction = JudgedLogs(TractionRig, job.tables.runs, points, quarantine, samples_of_run)
+    traction = JudgedLogs(TractionRig, job.input_tables.runs, points, quarantine, samples_of_run)
     rigs = [traction]
     if job.settings.campaign.torque is not None:
-        refused = job.tables.torque_quarantine
+        refused = job.input_tables.torque_quarantine
         logs = job.raw_logs(f"{job.settings.campaign.name}-torque")
         sheet = RunSheet.of_plain(snakemake.params.sheet)
         rigs.append(judged_torque_logs(logs.select(refused["file"]), refused, job.settings, sheet))

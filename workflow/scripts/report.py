@@ -13,11 +13,11 @@ from oilfilm.report.text import text_report
 with run.job(snakemake) as job:
     studies.declare_tables(job.settings.campaign.studies)
     inputs, outputs = snakemake.input, snakemake.output
-    document = campaign_sections(job.tables, job.settings)
+    document = campaign_sections(job.input_tables, job.settings)
     write_text(text_report(document, job.settings.campaign), Path(outputs.summary))
     pngs = [Path(png) for png in inputs.png]
     refused = Path(inputs.refused_pages)
-    page = html_report(document, job.tables, pngs, refused, job.settings, job.provenance)
+    page = html_report(document, job.input_tables, pngs, refused, job.settings, job.provenance)
     write_text(page, Path(outputs.page))
     package = Path(outputs.package)
     table_files = [Path(inputs[name]) for name in snakemake.params.tables]

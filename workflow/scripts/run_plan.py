@@ -4,7 +4,7 @@ import oilfilm.run.job as run
 from oilfilm.torque.run_plan import run_plan_table
 
 with run.job(snakemake) as job:
-    plan, reasons = run_plan_table(job.tables, job.settings)
+    plan, reasons = run_plan_table(job.input_tables, job.settings)
     for reason in reasons:
         run.say(f"no plan of runs: {reason}")
     job.write({"run_plan": plan})

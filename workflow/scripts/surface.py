@@ -6,7 +6,7 @@ from oilfilm.fits.surface_search import surface_of_oil
 from oilfilm.tables.table_needs import SURFACE_TABLES
 
 with run.job(snakemake) as job:
-    results = with_configured_law(job.tables, job.settings.fit.law)
+    results = with_configured_law(job.input_tables, job.settings.fit.law)
     settings = job.settings
     surface_tables = surface_of_oil(
         results, snakemake.wildcards.oil, settings, settings.rigs.values()

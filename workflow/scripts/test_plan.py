@@ -4,7 +4,7 @@ import oilfilm.run.job as run
 from oilfilm.torque.next_tests import plan_table
 
 with run.job(snakemake) as job:
-    plan, reasons = plan_table(job.tables, job.settings)
+    plan, reasons = plan_table(job.input_tables, job.settings)
     for reason in reasons:
         run.say(f"no plan: {reason}")
     job.write({"test_plan": plan})

@@ -12,10 +12,10 @@ from oilfilm.torque.torque_control import torque_control_table
 studies.declare_tables([studies.simulator()])
 
 with run.job(snakemake) as job:
-    coefficients, quality = job.tables.coefficients, job.tables.fit_quality
+    coefficients, quality = job.input_tables.coefficients, job.input_tables.fit_quality
     settings = job.settings
-    oils = oils_of_results(job.tables, settings)
-    torque, inversion = torque_table(job.tables.torque_runs, oils, settings)
+    oils = oils_of_results(job.input_tables, settings)
+    torque, inversion = torque_table(job.input_tables.torque_runs, oils, settings)
     # without bootstrap constants: the heat balance has no uncertainty
     oils_without_draws = oils_in_bearings(coefficients, quality, settings)
     job.write(
@@ -23,9 +23,9 @@ with run.job(snakemake) as job:
             "torque": torque,
             "torque_inversion": inversion,
             **campaign_answers(oils, settings),
-            "torque_control": torque_control_table(job.tables, settings),
+            "torque_control": torque_control_table(job.input_tables, settings),
             "heat_balance": heat_balance_table(
-                oils_without_draws, job.tables.cage_slip, torque, settings
+                oils_without_draws, job.input_tables.cage_slip, torque, settings
             ),
         }
     )

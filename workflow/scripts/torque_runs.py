@@ -7,7 +7,7 @@ from oilfilm.base.atomic_write import write_text
 from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.logs.run_sheet import RunSheet
 
 with run.job(snakemake) as job:
@@ -25,4 +25,4 @@ with run.job(snakemake) as job:
             run.say(removed_logs)
     job.provenance["inputs"] = run.digests_by_folder(job.provenance["inputs"])
     job.write({"torque_runs": curated.points, "torque_quarantine": curated.quarantine})
-    write_text(listing(digests), Path(snakemake.output.logs))
+    write_text(listing_text(digests), Path(snakemake.output.logs))

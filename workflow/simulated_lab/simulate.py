@@ -21,7 +21,7 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.settings.base import required
 from oilfilm.settings.campaign import Twin
@@ -259,7 +259,7 @@ def write_logs(
         path_by_name[run.name].write_bytes(content)
         digest_by_name[run.name] = sha256(content).hexdigest()
         truth_rows += truth_rows_of_log
-    write_text(listing(dict(sorted(digest_by_name.items()))), Path(outputs.listing))
+    write_text(listing_text(dict(sorted(digest_by_name.items()))), Path(outputs.listing))
     tables.write(
         tables.from_rows(truth_rows, table_name), table_name, Path(outputs[table_name]), provenance
     )

@@ -16,7 +16,7 @@ with run.job(snakemake) as job:
     printed_file, claims_file = Path(snakemake.input.printed), Path(snakemake.input.claims)
     constants, oils = read_printed_constants(printed_file), list(job.settings.oils)
     study = study_settings(job.settings)
-    judged = judge_printed(job.tables.configured, constants, oils, study.printed)
+    judged = judge_printed(job.input_tables.configured, constants, oils, study.printed)
     traction_max = job.settings.gates.traction_max
     signs, verdicts = study_signs(constants, oils, study.printed, traction_max)
     table_by_name = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
@@ -24,16 +24,16 @@ with run.job(snakemake) as job:
         truth = truth_grid(job.settings, constants)
         extrapolated = extrapolate(
             truth,
-            job.tables.coefficients,
-            job.tables.refits,
-            job.tables.fit_quality,
+            job.input_tables.coefficients,
+            job.input_tables.refits,
+            job.input_tables.fit_quality,
             job.settings.same_set_point.relative,
             {oil: laws_of(oil, job.settings) for oil in oils},
-            {oil: read_surface(job.tables, oil) for oil in oils},
+            {oil: read_surface(job.input_tables, oil) for oil in oils},
         )
         table_by_name |= {"truth_grid": truth, "extrapolation": extrapolated}
         table_by_name["extrapolation_errors"] = extrapolation_errors(extrapolated)
     extrapolation = table_by_name.get("extrapolation", empty("extrapolation"))
-    with_truth = job.tables.replace(extrapolation=extrapolation)
+    with_truth = job.input_tables.replace(extrapolation=extrapolation)
     table_by_name |= audit_campaign(with_truth, printed_file, claims_file, job.settings)
     job.write(table_by_name)

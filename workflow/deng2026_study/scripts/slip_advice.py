@@ -12,10 +12,12 @@ from simulated_lab.printed import read_printed_constants
 
 with run.job(snakemake) as job:
     published_tests = load(Path(snakemake.input.published), PublishedBearingTests)
-    oils = oils_in_bearings(job.tables.coefficients, job.tables.fit_quality, job.settings)
-    table_by_name = advice_in_band(oils, job.tables, job.settings)
+    oils = oils_in_bearings(
+        job.input_tables.coefficients, job.input_tables.fit_quality, job.settings
+    )
+    table_by_name = advice_in_band(oils, job.input_tables, job.settings)
     constants = read_printed_constants(Path(snakemake.input.printed))
     advice, band = table_by_name["slip_advice"], table_by_name["advice_band"]
-    table_by_name |= advice_by_truth(advice, band, job.tables, job.settings, constants)
+    table_by_name |= advice_by_truth(advice, band, job.input_tables, job.settings, constants)
     table_by_name["published_tests"] = published_tests_table(published_tests, oils, job.settings)
     job.write(table_by_name)

@@ -56,7 +56,7 @@ def files_of(path: Path) -> list[Path]:
     return [path / name for name in files_below(path)] if path.is_dir() else [path]
 
 
-def input_digest(path: Path) -> str:
+def path_digest(path: Path) -> str:
     """sha256 of a file, or of the names and contents of all files below a folder."""
     if path.is_file():
         return file_digest(path)
@@ -66,9 +66,9 @@ def input_digest(path: Path) -> str:
     return digest.hexdigest()
 
 
-def settings_digest(settings: Mapping[str, Any]) -> str:
-    """sha256 of plain settings, in hex; the order of keys does not matter."""
-    text = json.dumps(settings, sort_keys=True, ensure_ascii=False)
+def mapping_digest(mapping: Mapping[str, Any]) -> str:
+    """sha256 of a mapping of plain values, in hex; the order of keys does not matter."""
+    text = json.dumps(mapping, sort_keys=True, ensure_ascii=False)
     return hashlib.sha256(text.encode()).hexdigest()
 
 

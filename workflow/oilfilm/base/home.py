@@ -28,14 +28,15 @@ def reference_file(name: str) -> Path:
     return path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path
 
 
-def portable(path: Path) -> str:
-    """A path relative to the project, the same on every machine.
+def project_path(path: Path) -> str:
+    """The path below the project folder, as a text that is the same on every machine.
 
-    The folder of the installation is left out. So are the prefix that another workflow gives this
-    one, and the folder of Snakemake's local copies of results in object storage.
+    What is before the project folder is left out: the folder of the installation, the prefix that
+    another workflow gives this one, or the folder of Snakemake's local copies of results in object
+    storage. Any other path stays as it is.
 
     Examples:
-        >>> portable(Path("rig/results/demo/tables/runs.parquet"))
+        >>> project_path(Path("rig/results/demo/tables/runs.parquet"))
         'results/demo/tables/runs.parquet'
     """
     if path.is_relative_to(HOME):

@@ -7,7 +7,7 @@ from oilfilm.base import studies
 from oilfilm.base.atomic_write import write_bytes
 from oilfilm.base.digests import file_digest
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import portable
+from oilfilm.base.home import project_path
 from oilfilm.exports.campaign import export_oils
 
 
@@ -26,7 +26,7 @@ def run(options: argparse.Namespace) -> int:
     provenance = {
         "code": f"oilfilm {oilfilm.__version__}",
         "settings": None,
-        "inputs": {portable(constants_file.resolve()): file_digest(constants_file)},
+        "inputs": {project_path(constants_file.resolve()): file_digest(constants_file)},
     }
     if options.folder.exists():
         raise OilfilmError(f"{options.folder}: exists already. Name a new folder.")

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
-from oilfilm.logs.raw_files import joined_names, listing
+from oilfilm.logs.raw_files import joined_names, listing_text
 
 # So many digits of a sha256 tell any two logs of a campaign apart.
 _DIGITS_SHOWN = 16
@@ -91,7 +91,7 @@ class FirstSeen:
             )
         digest_of_any_log = dict(digest_of_log) | self._digest_of_log
         if digest_of_any_log != self._digest_of_log:
-            write_text(listing(dict(sorted(digest_of_any_log.items()))), self._path)
+            write_text(listing_text(dict(sorted(digest_of_any_log.items()))), self._path)
             self._digest_of_log = digest_of_any_log
 
     def _changed_logs_error(

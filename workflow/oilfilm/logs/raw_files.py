@@ -243,13 +243,13 @@ class RawLogs:
         }
 
 
-def listing(digest_of_name: Mapping[str, str]) -> str:
-    """Names of logs and their digests as a text that `sha256sum` writes and checks."""
+def listing_text(digest_of_name: Mapping[str, str]) -> str:
+    """The text of a listing: digests and names of files, as `sha256sum` writes and checks them."""
     return "".join(f"{digest}  {name}\n" for name, digest in digest_of_name.items())
 
 
 def read_listings(*paths: Path) -> dict[str, str]:
-    """Name of a log -> its digest, from files that `listing` has made."""
+    """Name of a log -> its digest, from files with the text of `listing_text`."""
     digest_of_name: dict[str, str] = {}
     for path in paths:
         for line in path.read_text(encoding="utf-8").splitlines():

@@ -17,7 +17,7 @@ from pydantic import FailFast, Field, SerializerFunctionWrapHandler, model_seria
 
 from oilfilm.base.digests import file_digest
 from oilfilm.base.errors import OilfilmError
-from oilfilm.logs.raw_files import listing
+from oilfilm.logs.raw_files import listing_text
 from oilfilm.settings.base import Group, key, optional
 from oilfilm.settings.messages import first_mistake
 
@@ -164,7 +164,7 @@ def checksums(manifest: Manifest) -> str:
     """The hashes of a release in the form of `sha256sum -c`, that of the manifest first."""
     hashes = {MANIFEST: sha256_of(manifest.text())}
     hashes |= {record.path: record.sha256 for record in manifest.files}
-    return listing(hashes)
+    return listing_text(hashes)
 
 
 def canonical_json(content: Any) -> str:

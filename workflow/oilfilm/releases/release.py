@@ -20,7 +20,7 @@ from oilfilm.base import home
 from oilfilm.base.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.base.digests import file_digest, files_below, files_of
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.base.home import RUN_LOCK, portable
+from oilfilm.base.home import RUN_LOCK, project_path
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -174,7 +174,7 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
         OilfilmError: There is such a result.
     """
     listed_outputs = StepOutputs.from_listings(run.root / listing for listing in run.step_listings)
-    released_files = {portable(run.results / name): file for name, file in files.items()}
+    released_files = {project_path(run.results / name): file for name, file in files.items()}
     for path in sorted(listed_outputs.digest_by_path.keys() | released_files.keys()):
         if path not in listed_outputs.digest_by_path:
             raise OilfilmError(f"{path}: no step of the run has written it. Move it away.")

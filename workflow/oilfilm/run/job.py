@@ -1,5 +1,8 @@
 """The frame of every script of the workflow around its one call of the library.
 
+A share is a part of the logs of a campaign, which one job reads. Its files are below `parts/`. Rows
+of a table that are read or written at one time are a block.
+
 Decides: the provenance in the footer of every table.
 """
 
@@ -16,14 +19,14 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.atomic_write import write_text
-from oilfilm.base.digests import file_digest, files_of, input_digest, settings_digest
+from oilfilm.base.digests import file_digest, files_of, mapping_digest, path_digest
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.home import portable
-from oilfilm.logs.raw_files import RawLogs, listing, read_listings
+from oilfilm.base.home import project_path
+from oilfilm.logs.raw_files import RawLogs, listing_text, read_listings
 from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.run.start import job_lock, machine_fault
 from oilfilm.settings.resolved import Settings
-from oilfilm.tables.campaign_tables import CampaignTables, model_name
+from oilfilm.tables.campaign_tables import CampaignTables, declaration_name
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Job:
     provenance: dict[str, Any]
 
     @cached_property
-    def tables(self) -> CampaignTables:
+    def input_tables(self) -> CampaignTables:
         """The tables among the inputs; each is read when it is first used."""
         return CampaignTables.of_job(self.snakemake.input)
 
@@ -55,10 +58,12 @@ class Job:
         """
         for table_name, frame in frame_by_table.items():
             path = Path(self.snakemake.output[table_name])
-            tables.write(frame, model_name(table_name), path, self.provenance)
+            tables.write(frame, declaration_name(table_name), path, self.provenance)
 
-    def join(self, table_names: Iterable[str]) -> None:
-        """Write tables whose parts are inputs; not all rows are in memory at once.
+    def write_stacked(self, table_names: Iterable[str]) -> None:
+        """Write tables whose inputs are the tables of all shares, one below the other.
+
+        One block of rows is in memory at a time.
 
         Raises:
             OilfilmError: As in `tables.write`.
@@ -66,27 +71,29 @@ class Job:
         for table_name in table_names:
             path = Path(self.snakemake.output[table_name])
             with tables.writing(
-                model_name(table_name), path, self.provenance, tables.ROW_GROUP
-            ) as add:
-                for rows in self.tables.parts(table_name):
-                    add(rows)
+                declaration_name(table_name), path, self.provenance, tables.ROW_GROUP
+            ) as add_rows:
+                for block in self.input_tables.parts(table_name):
+                    add_rows(block)
 
     def raw_logs(self, folder_name: str) -> RawLogs:
-        """The raw logs: the inputs `logs`, whose names and digests are the params `files`.
+        """The raw logs: the inputs `logs`, in the order of the params `files`.
 
-        Measured logs become inputs in the provenance when they are read.
+        `files` has the name and the digest of each log. Reading a measured log adds its digest to
+        the provenance.
 
         Args:
             folder_name: Name of their folder below data/raw.
         """
         inputs = self.snakemake.input
-        digest_by_name = self.snakemake.params.files
+        # the digest of a simulated log is None: the listing of the rig twin has it
+        digest_of_log = self.snakemake.params.files
         paths = [Path(path) for path in inputs.get("logs", [])]
         is_simulated = bool(inputs.get("listing"))
         return RawLogs(
             Path("data/raw", folder_name),
-            dict(zip(digest_by_name, paths, strict=True)),
-            read_listings(Path(inputs.listing)) if is_simulated else digest_by_name,
+            dict(zip(digest_of_log, paths, strict=True)),
+            read_listings(Path(inputs.listing)) if is_simulated else digest_of_log,
             is_simulated,
             self.provenance["inputs"],
         )
@@ -121,20 +128,22 @@ def job(snakemake: Any) -> Iterator[Job]:
     except MemoryError:
         _end(
             "There is not enough memory for this step. Free some or raise the limit of the job, "
-            "then run snakemake again. Shares of the logs are as large as `split.runs` of "
-            "config.yaml allows.",
+            "then run snakemake again. A smaller `split.runs` in config.yaml makes the shares of "
+            "the logs smaller.",
             log_path,
         )
 
 
 def _refuse_altered_inputs(snakemake: Any) -> None:
-    """Refuse a result that is not as its step wrote it; a result that no step has listed passes.
+    """Refuse an input below `results/` if its bytes are not those that its step wrote.
+
+    A file that no step has listed passes.
 
     Raises:
         OilfilmError: An input was changed by hand.
     """
     result_paths = [
-        path for path in map(Path, snakemake.input) if portable(path).startswith("results/")
+        path for path in map(Path, snakemake.input) if project_path(path).startswith("results/")
     ]
     listing_path = snakemake.output.get("made")
     if not result_paths or not listing_path:
@@ -142,12 +151,15 @@ def _refuse_altered_inputs(snakemake: Any) -> None:
     listed_outputs = StepOutputs.from_listings(Path(listing_path).parent.glob("*.sha256"))
     for path in result_paths:
         for file in files_of(path):
-            if portable(file) in listed_outputs.digest_by_path:
-                listed_outputs.refuse_altered(portable(file), file)
+            if project_path(file) in listed_outputs.digest_by_path:
+                listed_outputs.refuse_altered(project_path(file), file)
 
 
 def _write_digests(outputs: Any) -> None:
-    """Write the sha256 of every output to the output `made`: what reads an output compares it."""
+    """Write the sha256 of every output to the output `made`.
+
+    A later step compares the file with it.
+    """
     listing_path = outputs.get("made")
     if not listing_path:
         return
@@ -155,8 +167,8 @@ def _write_digests(outputs: Any) -> None:
     for path in outputs:
         if path != listing_path:
             for file in files_of(Path(path)):
-                digest_by_path[portable(file)] = file_digest(file)
-    write_text(listing(digest_by_path), Path(listing_path))
+                digest_by_path[project_path(file)] = file_digest(file)
+    write_text(listing_text(digest_by_path), Path(listing_path))
 
 
 def say(text: str, stream: TextIO = sys.stdout) -> None:
@@ -173,26 +185,26 @@ def _end(sentence: str, log_path: Path) -> NoReturn:
 
 
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
-    """Provenance of the tables of a job, as in `Job`; key `part` marks a share of a step."""
+    """Provenance of the tables of a job, as in `Job`. The key `part` marks tables of one share."""
     plain_settings = settings.plain()
     provenance = {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,
         "rule": snakemake.rule,
         "code": snakemake.params.code,
-        "settings": settings_digest(plain_settings)[:16],
+        "settings": mapping_digest(plain_settings)[:16],
     }
     for name in ("film", "gates"):
         if name in plain_settings:
             provenance[name] = plain_settings[name]
     sheet = getattr(snakemake.params, "sheet", None)
     if sheet:
-        provenance["run_sheet"] = settings_digest(sheet)[:16]
+        provenance["run_sheet"] = mapping_digest(sheet)[:16]
     raw_logs = set(snakemake.input.get("logs", []))  # they are added when they are read
     inputs = _input_digests([Path(path) for path in snakemake.input if path not in raw_logs])
-    # a job with other wildcards has a share of the logs, which depends on the split
-    is_part = bool(set(snakemake.wildcards.keys()) - {"oil", "law_file"})
-    if is_part:
+    # a job with other wildcards has one share of the logs, which depends on `split.runs`
+    is_of_share = bool(set(snakemake.wildcards.keys()) - {"oil", "law_file"})
+    if is_of_share:
         provenance["part"] = True
         provenance["inputs"] = inputs
     else:
@@ -201,25 +213,25 @@ def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
 
 
 def _input_digests(paths: list[Path]) -> dict[str, str]:
-    """Digest of each input; for a part of a step, the inputs of the part.
+    """Digest of each input. A table of a share is replaced by the inputs of that share.
 
-    So the digests do not depend on how the work was split.
+    So the digests do not depend on how the logs were divided.
     """
     digest_by_name: dict[str, str] = {}
     for path in paths:
-        name = portable(path)
-        is_of_part = "/parts/" in name
-        if is_of_part and path.suffix == ".sha256":
-            continue  # the tables of the part name these logs
-        is_table_of_part = path.suffix == ".parquet" and (is_of_part or "/tables/samples/" in name)
-        footer = tables.read_footer(path) if is_table_of_part else {}
+        name = project_path(path)
+        is_of_share = "/parts/" in name
+        if is_of_share and path.suffix == ".sha256":
+            continue  # the tables of the share name these logs
+        may_be_of_share = path.suffix == ".parquet" and (is_of_share or "/tables/samples/" in name)
+        footer = tables.read_footer(path) if may_be_of_share else {}
         if footer.get("part"):
             digest_by_name |= footer["inputs"]
             digest_by_name[f"rule {footer['rule']}"] = (
                 f"code {footer['code']}, {footer['settings']}"
             )
         else:
-            digest_by_name[name] = input_digest(path)[:16]
+            digest_by_name[name] = path_digest(path)[:16]
     return digest_by_name
 
 
@@ -227,7 +239,7 @@ def digests_by_folder(digest_by_path: Mapping[str, str]) -> dict[str, str]:
     """The digests of inputs, with one digest for each folder of raw logs: a footer stays short.
 
     Args:
-        digest_by_path: Digest of each input. Where a folder stands for its logs, it is kept.
+        digest_by_path: Digest of each input. A key that is already a folder of logs stays as it is.
     """
     digest_of_input = {}
     logs_by_folder: dict[str, dict[str, str]] = {}
@@ -239,5 +251,5 @@ def digests_by_folder(digest_by_path: Mapping[str, str]) -> dict[str, str]:
         else:
             digest_of_input[path] = digest
     for folder, logs in logs_by_folder.items():
-        digest_of_input[folder] = settings_digest(logs)[:16]
+        digest_of_input[folder] = mapping_digest(logs)[:16]
     return digest_of_input

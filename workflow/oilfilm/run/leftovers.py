@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from oilfilm.base.digests import files_below
-from oilfilm.base.home import portable
+from oilfilm.base.home import project_path
 from oilfilm.logs.raw_files import read_listings
 
 # Folders in which only steps write. Elsewhere a file is of a step if a step has listed it.
@@ -51,7 +51,7 @@ def remove_leftovers(results: Path, needed_paths: set[str]) -> list[str]:
     removed_names = []
     for name in files_below(results):
         path = results / name
-        is_of_step = name.startswith(_FOLDERS_OF_STEPS) or portable(path) in digest_by_path
+        is_of_step = name.startswith(_FOLDERS_OF_STEPS) or project_path(path) in digest_by_path
         is_needed = not needed_paths.isdisjoint(map(str, (path, *path.parents)))
         # no step makes a link to a folder
         if is_of_step and not is_needed and not path.is_dir():

@@ -108,9 +108,12 @@ class CampaignTables:
                 )
             if columns is not None or row_filter:
                 return read(
-                    model_name(name), *self._files[name], columns=columns, row_filter=row_filter
+                    declaration_name(name),
+                    *self._files[name],
+                    columns=columns,
+                    row_filter=row_filter,
                 )
-            self._frames[name] = read(model_name(name), *self._files[name])
+            self._frames[name] = read(declaration_name(name), *self._files[name])
         return _selection(self._frames[name], columns, row_filter)
 
     def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
@@ -127,8 +130,8 @@ class CampaignTables:
             yield _selection(self._frames[name], columns, {})
         else:
             # a table without rows has one part, so that parts can be joined
-            yield _selection(empty(model_name(name)), columns, {})
-            yield from read_parts(model_name(name), *self._files[name], columns=columns)
+            yield _selection(empty(declaration_name(name)), columns, {})
+            yield from read_parts(declaration_name(name), *self._files[name], columns=columns)
 
     def parts_of_runs(
         self, name: str, columns: Sequence[str] | None = None
@@ -214,6 +217,6 @@ def _table_names() -> list[str]:
     return [*TABLES, *_MODEL_BY_TABLE]
 
 
-def model_name(table_name: str) -> str:
-    """Name of the model that a campaign's table follows."""
+def declaration_name(table_name: str) -> str:
+    """Name of the declaration that a campaign's table follows; mostly its own name."""
     return _MODEL_BY_TABLE.get(table_name, table_name)

@@ -7,7 +7,7 @@ import json
 from collections.abc import Iterable
 from hashlib import sha256
 
-from oilfilm.tables.campaign_tables import model_name
+from oilfilm.tables.campaign_tables import declaration_name
 from oilfilm.tables.dictionary import TABLES
 
 
@@ -19,7 +19,9 @@ def contract_digest(output_names: Iterable[str]) -> str:
     Args:
         output_names: Names of a rule's outputs. Those that are no tables count for nothing.
     """
-    tables = [TABLES[model_name(name)] for name in output_names if model_name(name) in TABLES]
+    tables = [
+        TABLES[declaration_name(name)] for name in output_names if declaration_name(name) in TABLES
+    ]
     contract = [
         (
             table.name,

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pyarrow.parquet as parquet
 
-from oilfilm.base.digests import settings_digest
+from oilfilm.base.digests import mapping_digest
 from oilfilm.tables import read_footer, read_run
 from oilfilm.tables.dictionary import TABLES
 
@@ -59,4 +59,4 @@ def content_digest(paths: Iterable[Path]) -> tuple[str, int]:
         digest_by_run_of_file: Mapping[str, str] = read_footer(path)["content"]
         digest_by_run |= digest_by_run_of_file
         row_count += parquet.read_metadata(path).num_rows
-    return settings_digest(digest_by_run), row_count
+    return mapping_digest(digest_by_run), row_count
