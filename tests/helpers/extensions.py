@@ -132,9 +132,9 @@ def jsonl(values: Columns, units: Units = UNITS, keys: Keys = KEYS) -> bytes:
 WRITERS = {"jsonl": jsonl, """
 
 GATE = '''@gate
-def too_long(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def too_long(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """A level is held for so long that the oil may change."""
-    return points["duration_s"] > rig.gates.duration_max_s
+    return points["duration_s"] > rig_kind.gates.duration_max_s
 
 
 '''

@@ -65,7 +65,7 @@ _MAX_DETAILED_LOGS = 10
 _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Numbers", "Missing"]
 # Key of what concerns the whole file, where problems are listed by run.
 _FILE_KEY = ""
-_RIG_KINDS: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
+_RIG_CLASSES: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
 # Rules whose faults may only follow from a fault by another rule, by that other rule.
 CONSEQUENCES_BY_CAUSE: Mapping[str, frozenset[str]] = {
     cause: frozenset(rules.split()) for cause, rules in RULES["causes"].items()
@@ -279,68 +279,68 @@ def _reports_and_points(
     """The reports of `reports_on_logs`, and the accepted points of the traction logs."""
     report_by_path: dict[str, JsonObject] = {}
     points = pd.DataFrame()
-    for rig_kind in _RIG_KINDS:
-        paths = [path for path in reader_by_path if rig_kind_of(path, settings) is rig_kind]
+    for rig_class in _RIG_CLASSES:
+        paths = [path for path in reader_by_path if rig_class_of(path, settings) is rig_class]
         if paths:
             sheet = sheet_of_paths(
-                [Path(path) for path in paths], raw_folder, settings, rig_kind.kind_of_logs
+                [Path(path) for path in paths], raw_folder, settings, rig_class.kind_of_logs
             )
             contents = ((path, reader_by_path[path]()) for path in paths)
-            reports_of_kind, curated = _reports_and_tables(contents, settings, rig_kind, sheet)
+            reports_of_kind, curated = _reports_and_tables(contents, settings, rig_class, sheet)
             report_by_path.update(
                 (log_report["file"], log_report) for log_report in reports_of_kind
             )
-            if rig_kind is TractionRig:
+            if rig_class is TractionRig:
                 points = curated.points[curated.points["accepted"]].reset_index(drop=True)
     return [report_by_path[path] for path in reader_by_path], points
 
 
-def rig_kind_by_folder(settings: Settings) -> dict[str, type[RigKind]]:
+def rig_class_by_folder(settings: Settings) -> dict[str, type[RigKind]]:
     """The kind of rig by the name of each of a campaign's folders below `data/raw`."""
     campaign_name = settings.campaign.name
-    rig_kind_by_name: dict[str, type[RigKind]] = {campaign_name: TractionRig}
+    rig_class_by_name: dict[str, type[RigKind]] = {campaign_name: TractionRig}
     if settings.campaign.torque is not None:
-        rig_kind_by_name[f"{campaign_name}-torque"] = TorqueRig
-    return rig_kind_by_name
+        rig_class_by_name[f"{campaign_name}-torque"] = TorqueRig
+    return rig_class_by_name
 
 
-def rig_kind_of(path: str, settings: Settings) -> type[RigKind]:
+def rig_class_of(path: str, settings: Settings) -> type[RigKind]:
     """The kind of rig of a log, by its folder; traction where the folder is not a campaign's."""
-    rig_kind_by_name = rig_kind_by_folder(settings)
+    rig_class_by_name = rig_class_by_folder(settings)
     # the nearest folder decides: the folder of the project may have the campaign's name, too
     for folder in Path(os.path.realpath(path)).parents:
-        if folder.name in rig_kind_by_name:
-            return rig_kind_by_name[folder.name]
-    return rig_kind_by_name[settings.campaign.name]
+        if folder.name in rig_class_by_name:
+            return rig_class_by_name[folder.name]
+    return rig_class_by_name[settings.campaign.name]
 
 
 # ---------------------------------------------------------------- plain values
 
 
 def reports_on_logs_of_kind(
-    logs: Iterable[Log], settings: Settings, rig_kind: type[RigKind], run_sheet: RunSheet
+    logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
 ) -> list[JsonObject]:
     """The reports on logs of one kind of rig, in the order of the logs; NaN where unknown.
 
     Args:
         logs: Path and content of each log.
         settings: Settings of the campaign.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
         run_sheet: The run sheet as `sheet_of_paths` gives it.
 
     Raises:
         OilfilmError: As in `ingest_logs`.
     """
-    reports, _ = _reports_and_tables(logs, settings, rig_kind, run_sheet)
+    reports, _ = _reports_and_tables(logs, settings, rig_class, run_sheet)
     return reports
 
 
 def _reports_and_tables(
-    logs: Iterable[Log], settings: Settings, rig_kind: type[RigKind], run_sheet: RunSheet
+    logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
 ) -> tuple[list[JsonObject], Curated]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
-    ingested = ingest_logs(logs, settings, rig_kind.kind_of_logs, run_sheet)
-    curated = curate_ingested(ingested, rig_kind(settings))
+    ingested = ingest_logs(logs, settings, rig_class.kind_of_logs, run_sheet)
+    curated = curate_ingested(ingested, rig_class(settings))
     reports = []
     for read_log in ingested.logs:
         path = read_log.file
@@ -351,7 +351,7 @@ def _reports_and_tables(
             "file": path,
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
-            "rig_kind": rig_kind.name,
+            "rig_kind": rig_class.name,
             "format": read_log.format_name,
             # encoding, delimiter and decimal mark
             **asdict(read_log.form),
@@ -361,7 +361,7 @@ def _reports_and_tables(
             if path in run_sheet.rows_of_log
             else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
-            "runs": [_report_on_run(run, read_log, curated, settings, rig_kind) for run in runs],
+            "runs": [_report_on_run(run, read_log, curated, settings, rig_class) for run in runs],
         }
         reports.append(log_report)
     return reports, curated
@@ -372,14 +372,14 @@ def _report_on_run(
     read_log: ReadLog,
     curated: Curated,
     settings: Settings,
-    rig_kind: type[RigKind],
+    rig_class: type[RigKind],
 ) -> JsonObject:
     """The report on one run of a log, as plain values."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
     understood = read_log.understood_of_run.get(run["run_id"], NOTHING_UNDERSTOOD)
     source_by_key = understood.source_of_key
-    is_traction = rig_kind.name == TRACTION_KIND
-    ranges = points[list(_MEASURED_COLUMNS_BY_KIND[rig_kind.name])].agg(["min", "max"])
+    is_traction = rig_class.name == TRACTION_KIND
+    ranges = points[list(_MEASURED_COLUMNS_BY_KIND[rig_class.name])].agg(["min", "max"])
     run_report: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
@@ -395,9 +395,9 @@ def _report_on_run(
     run_report["unused_columns"] = [name for name in understood.unused_names if name]
     run_report["set_points"] = _set_point_values(run, source_by_key) if is_traction else {}
     run_report["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
-    run_report["failed_gates"] = list(_failed_gate_reports(points, rig_kind))
+    run_report["failed_gates"] = list(_failed_gate_reports(points, rig_class))
     run_report["gates_not_applied"] = list(
-        _unapplied_gate_reports(run, curated.runs, points, settings, rig_kind)
+        _unapplied_gate_reports(run, curated.runs, points, settings, rig_class)
     )
     return run_report
 
@@ -422,7 +422,7 @@ def _set_point_values(run: Mapping[str, Any], source_by_key: Mapping[str, str]) 
     return set_points
 
 
-def _failed_gate_reports(points: pd.DataFrame, rig_kind: type[RigKind]) -> Iterator[JsonObject]:
+def _failed_gate_reports(points: pd.DataFrame, rig_class: type[RigKind]) -> Iterator[JsonObject]:
     """Failed gates with their plateaus, the most frequent first."""
     failures = failed_gates.one_row_per_gate(points)
     first_rows_by_gate = {
@@ -435,7 +435,7 @@ def _failed_gate_reports(points: pd.DataFrame, rig_kind: type[RigKind]) -> Itera
             "gate": gate_name,
             "plateaus": len(first_rows),
             "first_row": int(first_rows.min()),
-            "advice": advice_for(gate_name, rig_kind),
+            "advice": advice_for(gate_name, rig_class),
         }
 
 
@@ -444,7 +444,7 @@ def _unapplied_gate_reports(
     runs: pd.DataFrame,
     points: pd.DataFrame,
     settings: Settings,
-    rig_kind: type[RigKind],
+    rig_class: type[RigKind],
 ) -> Iterator[JsonObject]:
     """The gates that lack what they need, where the run has plateaus to be judged.
 
@@ -453,31 +453,31 @@ def _unapplied_gate_reports(
         runs: Table of all runs that are checked.
         points: Points of the run.
         settings: Settings of the campaign.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
     """
     if points.empty:
         return
-    run_gates = RUN_GATES.for_rig(rig_kind.name)
-    plateau_gates = PLATEAU_GATES.for_rig(rig_kind.name)
+    run_gates = RUN_GATES.for_rig(rig_class.name)
+    plateau_gates = PLATEAU_GATES.for_rig(rig_class.name)
     gates: list[Gate[Any]] = [*run_gates, *plateau_gates]
     for gate in gates:
-        if gate.needs and not _has_what_gate_needs(gate.needs, run, points, rig_kind(settings)):
+        if gate.needs and not _has_what_gate_needs(gate.needs, run, points, rig_class(settings)):
             yield {"gate": gate.name, "reason": RULES["lacking"][gate.needs]}
-    if rig_kind.name == TRACTION_KIND and run["verdict"] == "accepted":
+    if rig_class.name == TRACTION_KIND and run["verdict"] == "accepted":
         same_oil_and_rig = (runs["oil"] == run["oil"]) & (runs["rig"] == run["rig"])
         if (same_oil_and_rig & (runs["verdict"] == "accepted")).sum() < FEWEST_CURVES:
             yield {"gate": "odd_shape", "reason": RULES["lacking"]["other_curves"]}
 
 
 def _has_what_gate_needs(
-    need: str, run: Mapping[str, Any], points: pd.DataFrame, rig: RigKind
+    need: str, run: Mapping[str, Any], points: pd.DataFrame, rig_kind: RigKind
 ) -> bool:
     """Whether the points, the run or the rig have what a gate needs."""
     if need in points:
         return bool(points[need].notna().any())
     if need in run:
         return not np.all(pd.isna(run[need]))
-    return bool(getattr(rig, need))
+    return bool(getattr(rig_kind, need))
 
 
 # ---------------------------------------------------------------- text

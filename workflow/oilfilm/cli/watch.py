@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from oilfilm.api.folders import config_folder, project_folder
-from oilfilm.api.log_check import reports_on_logs_of_kind, rig_kind_by_folder, verdict_lines
+from oilfilm.api.log_check import reports_on_logs_of_kind, rig_class_by_folder, verdict_lines
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.ingest import read_bytes
@@ -50,7 +50,7 @@ def run(options: argparse.Namespace) -> int:
     raw_folder = project_folder(options.config) / "data/raw"
     settings = resolve(settings_folder, {"campaign": options.campaign} if options.campaign else {})
     watcher = Watcher(settings, raw_folder, options.settle)
-    folders_in_words = " and ".join(map(str, watcher.rig_kind_of_folder))
+    folders_in_words = " and ".join(map(str, watcher.rig_class_of_folder))
     _print(f"Watching {folders_in_words}. Stop with Ctrl-C: nothing is lost.")
     while True:
         # one verdict per look: a log that has just been finished does not wait for old ones
@@ -79,8 +79,9 @@ class Watcher:
         self._settings = settings
         self._raw_folder = raw_folder
         self._settle_s = settle_s
-        self.rig_kind_of_folder = {
-            raw_folder / name: rig_kind for name, rig_kind in rig_kind_by_folder(settings).items()
+        self.rig_class_of_folder = {
+            raw_folder / name: rig_class
+            for name, rig_class in rig_class_by_folder(settings).items()
         }
         # the last state of each file, and when it was first seen, in s of the monotonic clock
         self._state_and_time_seen: dict[Path, tuple[FileState, float]] = {}
@@ -91,14 +92,14 @@ class Watcher:
 
     def look(self) -> Iterator[str]:
         """Look at every file and yield each new verdict; the newest logs come first."""
-        for folder, rig_kind in self.rig_kind_of_folder.items():
+        for folder, rig_class in self.rig_class_of_folder.items():
             try:
-                yield from self._look_at(folder, rig_kind)
+                yield from self._look_at(folder, rig_class)
                 self._last_line_by_path.pop(folder, None)
             except (OilfilmError, OSError) as error:
                 yield from self._new_line(folder, f"{error} No log in {folder} is judged.")
 
-    def _look_at(self, folder: Path, rig_kind: type[RigKind]) -> Iterator[str]:
+    def _look_at(self, folder: Path, rig_class: type[RigKind]) -> Iterator[str]:
         """Look at every file of one folder and yield each new verdict."""
         fault_by_path = {folder / name: fault for name, fault in named_logs(folder)}
         state_by_path: dict[Path, FileState] = {}
@@ -113,7 +114,7 @@ class Watcher:
         settled_paths.sort(key=lambda path: state_by_path[path].changed_ns, reverse=True)
         paths_without_fault = [path for path in state_by_path if not fault_by_path[path]]
         run_sheet = sheet_of_paths(
-            paths_without_fault, self._raw_folder, self._settings, rig_kind.kind_of_logs
+            paths_without_fault, self._raw_folder, self._settings, rig_class.kind_of_logs
         )
         for path in settled_paths:
             judged_from = state_by_path[path], run_sheet.rows_of_log.get(str(path))
@@ -123,7 +124,7 @@ class Watcher:
                 if fault_by_path[path]:
                     verdict = f"{path}: REFUSED\n  {fault_by_path[path]}"
                 else:
-                    verdict = self._verdict(path, rig_kind, run_sheet)
+                    verdict = self._verdict(path, rig_class, run_sheet)
                 self._judged_from[path] = judged_from
                 yield verdict
             except Exception as error:  # one log must not end the watch
@@ -131,10 +132,10 @@ class Watcher:
                 reason = error if isinstance(error, OilfilmError) else repr(error)
                 yield from self._new_line(path, f"{path}: NOT JUDGED: {reason}")
 
-    def _verdict(self, path: Path, rig_kind: type[RigKind], run_sheet: RunSheet) -> str:
+    def _verdict(self, path: Path, rig_class: type[RigKind], run_sheet: RunSheet) -> str:
         """The verdict on a log, as text."""
         logs = [(str(path), read_bytes(path))]
-        (log_report,) = reports_on_logs_of_kind(logs, self._settings, rig_kind, run_sheet)
+        (log_report,) = reports_on_logs_of_kind(logs, self._settings, rig_class, run_sheet)
         return "\n".join(verdict_lines(log_report))
 
     def _new_line(self, path: Path, line: str) -> Iterator[str]:

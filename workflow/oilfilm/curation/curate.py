@@ -73,7 +73,10 @@ _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
 def refusals_of_repeats(
-    campaign_tables: CampaignTables, runs: pd.DataFrame, rig_kind: type[RigKind], settings: Settings
+    campaign_tables: CampaignTables,
+    runs: pd.DataFrame,
+    rig_class: type[RigKind],
+    settings: Settings,
 ) -> list[Refusal]:
     """Refusals of accepted runs that repeat or contradict others, those of copies first.
 
@@ -82,14 +85,14 @@ def refusals_of_repeats(
     Args:
         campaign_tables: The table `points`, of which each rule reads the columns that it compares.
         runs: Table of runs.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
         settings: Settings of the campaign.
     """
     remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
     refusal_of_run: dict[str, Refusal] = {}
-    for refusal in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_kind, settings):
+    for refusal in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
         refusal_of_run.setdefault(refusal.run_id, refusal)
-    if rig_kind.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
+    if rig_class.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
         remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(refusal_of_run)]
         refusal_of_run |= {
             refusal.run_id: refusal
@@ -99,10 +102,13 @@ def refusals_of_repeats(
 
 
 def _refusals_of_same_readings(
-    campaign_tables: CampaignTables, runs: pd.DataFrame, rig_kind: type[RigKind], settings: Settings
+    campaign_tables: CampaignTables,
+    runs: pd.DataFrame,
+    rig_class: type[RigKind],
+    settings: Settings,
 ) -> Iterator[Refusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
-    pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_kind, settings))
+    pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_class, settings))
     for first_run, later_run in pairs:
         if first_run.oil == later_run.oil:
             yield refusal_by("duplicate_log", run_id=later_run.run_id, kept=first_run.run_id)
@@ -231,7 +237,10 @@ def _runs_with_same_values(runs: pd.DataFrame, columns: list[str]) -> Iterator[l
 
 
 def _pairs_with_same_readings(
-    campaign_tables: CampaignTables, runs: pd.DataFrame, rig_kind: type[RigKind], settings: Settings
+    campaign_tables: CampaignTables,
+    runs: pd.DataFrame,
+    rig_class: type[RigKind],
+    settings: Settings,
 ) -> Iterator[tuple[Any, Any]]:
     """Pairs of runs: from files of the same content, or with plateaus of the same noise."""
     run_of_id: dict[str, Any] = {str(run.run_id): run for run in runs.itertuples()}
@@ -243,7 +252,7 @@ def _pairs_with_same_readings(
         runs_with_names, ["content_sha256", "name_in_file"]
     ):
         yield from ((first_run, later_run) for later_run in other_runs)
-    if rig_kind.name == TRACTION_KIND:
+    if rig_class.name == TRACTION_KIND:
         copy_settings = settings.gates.copies
         run_ids = pd.Index(runs["run_id"])
         columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
@@ -399,7 +408,7 @@ RunWarning = tuple[str, str]
 def with_campaign_warnings(
     runs: pd.DataFrame,
     campaign_tables: CampaignTables,
-    rig_kind: type[RigKind],
+    rig_class: type[RigKind],
     settings: Settings,
     shape_warnings: Iterable[RunWarning],
 ) -> pd.DataFrame:
@@ -410,11 +419,11 @@ def with_campaign_warnings(
     Args:
         runs: Table of runs.
         campaign_tables: The table `points`, of which each rule reads the columns that it compares.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
         settings: Settings of the campaign.
         shape_warnings: Warnings about the shapes of curves: id of the run and a sentence.
     """
-    if rig_kind.name != TRACTION_KIND:
+    if rig_class.name != TRACTION_KIND:
         return runs
     accepted_runs = runs[runs["verdict"] == "accepted"].set_index("run_id")
     sentences_of_run = {
@@ -597,7 +606,7 @@ class Curated:
 def check_logs(
     logs: Iterable[tuple[str, bytes]],
     settings: Settings,
-    rig_kind: type[RigKind] = TractionRig,
+    rig_class: type[RigKind] = TractionRig,
     sheet: RunSheet = NO_SHEET,
 ) -> Curated:
     """Ingest and curate logs.
@@ -605,29 +614,31 @@ def check_logs(
     Args:
         logs: Name and bytes of each log.
         settings: Settings of the campaign.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
         sheet: The run sheet.
 
     Raises:
         OilfilmError: As by `ingest_logs`, or a table is not as it is declared.
     """
     return curate_ingested(
-        ingest_logs(logs, settings, rig_kind.kind_of_logs, sheet), rig_kind(settings)
+        ingest_logs(logs, settings, rig_class.kind_of_logs, sheet), rig_class(settings)
     )
 
 
-def curate_ingested(ingested: Ingested, rig: RigKind) -> Curated:
+def curate_ingested(ingested: Ingested, rig_kind: RigKind) -> Curated:
     """Curate all logs of a campaign.
 
     Raises:
         OilfilmError: A table is not as it is declared.
     """
     samples = ingested.all_samples()
-    curated = collect(curate_parts([samples], ingested, rig), rig.settings, type(rig))
+    curated = collect(
+        curate_parts([samples], ingested, rig_kind), rig_kind.settings, type(rig_kind)
+    )
     # tables that the workflow could not write must not pass here
-    if rig.name == TractionRig.name:
+    if rig_kind.name == TractionRig.name:
         tables.conform(samples, "samples", "samples of these logs")
-    tables.conform(curated.points, rig.table_name, "plateaus of these logs")
+    tables.conform(curated.points, rig_kind.table_name, "plateaus of these logs")
     return curated
 
 
@@ -658,14 +669,14 @@ def curate_share(
 
 
 def curate_parts(
-    samples_in_parts: Iterable[pd.DataFrame], ingested: Ingested, rig: RigKind
+    samples_in_parts: Iterable[pd.DataFrame], ingested: Ingested, rig_kind: RigKind
 ) -> Curated:
     """Curate samples that come in parts, of which one at a time is in memory.
 
     Args:
         samples_in_parts: Parts of the table of samples, each with complete runs.
         ingested: The logs of the samples.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
 
     Returns:
         The quarantine has the refusals of ingest too.
@@ -676,8 +687,10 @@ def curate_parts(
     for samples_of_runs in samples_in_parts:
         run_ids = samples_of_runs["run_id"].unique()
         ids_without_rows = ids_without_rows[~ids_without_rows.isin(run_ids)]
-        curated_parts.append(curate(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig))
-    curated_parts.append(curate(tables.empty("samples"), runs.loc[ids_without_rows.index], rig))
+        curated_parts.append(curate(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig_kind))
+    curated_parts.append(
+        curate(tables.empty("samples"), runs.loc[ids_without_rows.index], rig_kind)
+    )
     quarantine = [ingested.quarantine, *(curated_part.quarantine for curated_part in curated_parts)]
     return Curated(
         points=pd.concat(
@@ -688,22 +701,22 @@ def curate_parts(
     )
 
 
-def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig: RigKind) -> Curated:
+def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Curated:
     """Plateaus of every run, judged by every gate of the rig.
 
     Args:
         samples: Table of samples, the rows of a run together.
         runs: Table of runs as ingested.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
     samples_of_run = _samples_by_run(samples)
-    measured = _measure_runs(samples_of_run, runs, rig)
+    measured = _measure_runs(samples_of_run, runs, rig_kind)
     judged = _judge(measured)
     explained_refusals: dict[str, Refusal] = {}
     for run_row in tables.rows(judged.runs[judged.runs["rule"].isin(RULES_WITH_HIDDEN_CAUSE)]):
         run_id = run_row["run_id"]
         if run_id in samples_of_run:
-            explained_refusal = _explained_refusal(samples_of_run[run_id], run_row, rig)
+            explained_refusal = _explained_refusal(samples_of_run[run_id], run_row, rig_kind)
             if explained_refusal is not None:
                 explained_refusals[run_id] = explained_refusal
     if not explained_refusals:
@@ -720,62 +733,62 @@ class _MeasuredRuns:
         runs: Table of runs, with their warnings.
         refusal_of_run: Id of a run -> its refusal.
         short_level_refusals: Refusals of levels that give no plateau.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
 
     points: pd.DataFrame
     runs: pd.DataFrame
     refusal_of_run: dict[str, Refusal]
     short_level_refusals: list[Refusal]
-    rig: RigKind
+    rig_kind: RigKind
 
 
 def _measure_runs(
-    samples_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind
+    samples_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig_kind: RigKind
 ) -> _MeasuredRuns:
     """Measure runs and judge each by the gates of runs.
 
     Args:
         samples_of_run: Id of a run -> its samples.
         runs: Table of runs as ingested.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
     refusal_of_run: dict[str, Refusal] = {}
     short_level_refusals: list[Refusal] = []
     plateaus_of_run: dict[str, Columns] = {}
-    warnings: list[tuple[str, ...]] = []
+    sentences_of_runs: list[tuple[str, ...]] = []
     for run_row in tables.rows(runs):
         run_id = run_row["run_id"]
         # the signals of one run at a time are in memory
         run = None
         if run_id in samples_of_run:
-            run = _measured_run(samples_of_run[run_id], run_row, rig)
+            run = _measured_run(samples_of_run[run_id], run_row, rig_kind)
             plateaus_of_run[run_id] = run.plateaus
         refusal = _refusal_before_plateaus(run_row, run)
         if refusal is not None:
             refusal_of_run[run_id] = refusal
         if run is None or refusal is not None:
-            warnings.append(())
+            sentences_of_runs.append(())
         else:
-            warnings.append(warnings_about(run))
+            sentences_of_runs.append(warnings_about(run))
             short_level_refusals += [
                 replace(refusal, run_id=run_id) for refusal in run.short_level_refusals
             ]
-    runs = runs.assign(warning=tables.list_column(warnings, runs.index))
-    points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig)
-    return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig)
+    runs = runs.assign(warning=tables.list_column(sentences_of_runs, runs.index))
+    points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig_kind)
+    return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig_kind)
 
 
-def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig: RigKind) -> Run:
+def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKind) -> Run:
     """A run with its plateaus.
 
     Args:
         samples: Samples of the run.
         run_row: Its row of the table of runs.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
-    signals = rig.signals(samples, run_row["rig"], rig.settings)
-    return measure(signals, rig, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED)
+    signals = rig_kind.signals(samples, run_row["rig"], rig_kind.settings)
+    return measure(signals, rig_kind, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED)
 
 
 def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Refusal | None:
@@ -795,14 +808,14 @@ def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Ref
 
 
 def _explained_refusal(
-    samples: Columns, run_row: Mapping[str, Any], rig: RigKind
+    samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKind
 ) -> Refusal | None:
     """The refusal of a run by the simple mistake without which most of its plateaus would pass.
 
     Args:
         samples: Samples of the run.
         run_row: Its row of the table of runs.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
 
     Returns:
         A refusal that names the mistake; None where no mistake explains the refusal.
@@ -812,17 +825,19 @@ def _explained_refusal(
         return None
     hypotheses = [
         hypothesis
-        for hypothesis in rig.hypotheses(run_row["rig"])
+        for hypothesis in rig_kind.hypotheses(run_row["rig"])
         if run_row["rule"] in hypothesis.explains
     ]
     mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changed_settings]
-    passing = _passing(mistakes_of_log, samples, run_row, rig)
+    passing = _passing(mistakes_of_log, samples, run_row, rig_kind)
     for hypothesis in hypotheses:
         # whether settings are plausible does not depend on the number of levels. To count them
         # takes time, because they must be found with the changed settings
         if hypothesis.changed_settings and hypothesis.is_plausible(samples, level_count=0):
-            changed_rig = type(rig)(rig.settings.with_changes(hypothesis.changed_settings))
-            passing += _passing([hypothesis], samples, run_row, changed_rig)
+            changed_rig_kind = type(rig_kind)(
+                rig_kind.settings.with_changes(hypothesis.changed_settings)
+            )
+            passing += _passing([hypothesis], samples, run_row, changed_rig_kind)
     if not passing:
         return None
     best_hypothesis = max(passing, key=lambda candidate: candidate.accepted_count).hypothesis
@@ -867,7 +882,10 @@ class _Passing(NamedTuple):
 
 
 def _passing(
-    hypotheses: Iterable[Hypothesis], samples: Columns, run_row: Mapping[str, Any], rig: RigKind
+    hypotheses: Iterable[Hypothesis],
+    samples: Columns,
+    run_row: Mapping[str, Any],
+    rig_kind: RigKind,
 ) -> list[_Passing]:
     """The plausible hypotheses with which most plateaus pass.
 
@@ -875,7 +893,7 @@ def _passing(
         hypotheses: The hypotheses, all with the settings of the rig.
         samples: Samples of the run.
         run_row: Its row of the table of runs.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
     # each is tried as a run of its own, with its sentence as id
     hypothesis_of_sentence = {hypothesis.sentence: hypothesis for hypothesis in hypotheses}
@@ -884,7 +902,9 @@ def _passing(
     runs = pd.DataFrame(
         [{**run_row, "run_id": sentence, "rule": ""} for sentence in hypothesis_of_sentence]
     )
-    judged_runs = _judge(_measure_runs(_Corrected(hypothesis_of_sentence, samples), runs, rig)).runs
+    judged_runs = _judge(
+        _measure_runs(_Corrected(hypothesis_of_sentence, samples), runs, rig_kind)
+    ).runs
     passing: list[_Passing] = []
     do_most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
     for judged_row in tables.rows(judged_runs[do_most_pass]):
@@ -894,18 +914,20 @@ def _passing(
     return passing
 
 
-def collect(curated: Curated, settings: Settings, rig_kind: type[RigKind] = TractionRig) -> Curated:
+def collect(
+    curated: Curated, settings: Settings, rig_class: type[RigKind] = TractionRig
+) -> Curated:
     """The tables of a campaign, with the verdicts of the rules that compare runs with each other.
 
     Args:
         curated: Tables of all shares, as `curate_parts` gives them.
         settings: Settings of the campaign.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
     """
     campaign_tables = CampaignTables.in_memory(
         points=curated.points, runs=curated.runs, quarantine=curated.quarantine
     )
-    compared = compare_runs(campaign_tables, settings, rig_kind)
+    compared = compare_runs(campaign_tables, settings, rig_class)
     points = compared.judged(curated.points)
     return Curated(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
@@ -922,21 +944,21 @@ class ComparedRuns:
         runs: Table of runs, in order.
         quarantine: Table of quarantine, in order.
         refusals: Refusals of runs by this comparison.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
     """
 
     runs: pd.DataFrame
     quarantine: pd.DataFrame
     refusals: list[Refusal]
-    rig_kind: type[RigKind]
+    rig_class: type[RigKind]
 
     def judged(self, points: pd.DataFrame) -> pd.DataFrame:
         """Points, of which those of runs that this comparison refuses are refused or left out."""
-        return _refuse_plateaus(points, self.refusals, self.rig_kind) if self.refusals else points
+        return _refuse_plateaus(points, self.refusals, self.rig_class) if self.refusals else points
 
 
 def compare_runs(
-    campaign_tables: CampaignTables, settings: Settings, rig_kind: type[RigKind] = TractionRig
+    campaign_tables: CampaignTables, settings: Settings, rig_class: type[RigKind] = TractionRig
 ) -> ComparedRuns:
     """Compare the runs of a campaign with each other, without a change to the table of points.
 
@@ -947,34 +969,34 @@ def compare_runs(
     Args:
         campaign_tables: Tables `points`, `runs` and `quarantine` of all shares.
         settings: Settings of the campaign.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
     """
     runs, quarantine = campaign_tables.runs, campaign_tables.quarantine
-    refusals = refusals_of_repeats(campaign_tables, runs, rig_kind, settings)
-    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_kind)
-    warnings: list[tuple[str, str]] = []
-    if rig_kind.name == TRACTION_KIND:
+    refusals = refusals_of_repeats(campaign_tables, runs, rig_class, settings)
+    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
+    shape_warnings: list[RunWarning] = []
+    if rig_class.name == TRACTION_KIND:
         shape_refusals: list[Refusal] = []
         for oil_name in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
             shapes = judged_shapes(
                 campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
             )
             shape_refusals += shapes.refusals
-            warnings += shapes.warnings
-        runs, quarantine = _with_refused_runs(runs, quarantine, shape_refusals, rig_kind)
+            shape_warnings += shapes.warnings
+        runs, quarantine = _with_refused_runs(runs, quarantine, shape_refusals, rig_class)
         refusals += shape_refusals
-    runs = with_campaign_warnings(runs, campaign_tables, rig_kind, settings, warnings)
+    runs = with_campaign_warnings(runs, campaign_tables, rig_class, settings, shape_warnings)
     order_columns = ["file", "run_id", "first_row", "rule"]
     return ComparedRuns(
         runs.sort_values("run_id", ignore_index=True),
         quarantine.sort_values(order_columns, ignore_index=True),
         refusals,
-        rig_kind,
+        rig_class,
     )
 
 
 def _with_refused_runs(
-    runs: pd.DataFrame, quarantine: pd.DataFrame, refusals: list[Refusal], rig_kind: type[RigKind]
+    runs: pd.DataFrame, quarantine: pd.DataFrame, refusals: list[Refusal], rig_class: type[RigKind]
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The tables of runs and of quarantine with some more runs refused."""
     if not refusals:
@@ -982,10 +1004,10 @@ def _with_refused_runs(
     plateau_counts = runs.set_index("run_id")[["plateaus", "accepted_points"]]
     refused_ids = [refusal.run_id for refusal in refusals]
     plateau_counts.loc[refused_ids, "accepted_points"] = 0
-    if not rig_kind.keeps_refused_runs:
+    if not rig_class.keeps_refused_runs:
         plateau_counts.loc[refused_ids, "plateaus"] = 0
     runs = _with_verdicts(runs, plateau_counts, refusals)
-    return runs, pd.concat([quarantine, quarantine_rows(refusals, runs, rig_kind)])
+    return runs, pd.concat([quarantine, quarantine_rows(refusals, runs, rig_class)])
 
 
 def arrays_of(samples: pd.DataFrame) -> Columns:
@@ -1004,20 +1026,20 @@ def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
 
 
 def _table_of_plateaus(
-    plateaus_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig: RigKind
+    plateaus_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig_kind: RigKind
 ) -> pd.DataFrame:
     """All plateaus, with columns of their run and those that follow from rig and oil.
 
     Args:
         plateaus_of_run: Id of a run -> columns over its plateaus.
         runs: Table of runs, indexed by id.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
     if not plateaus_of_run:
-        return tables.empty(rig.table_name)
+        return tables.empty(rig_kind.table_name)
     all_plateaus = list(plateaus_of_run.values())
     plateau_counts = [len(plateaus["time_s"]) for plateaus in all_plateaus]
-    columns_of_runs = runs.loc[list(plateaus_of_run), list(rig.run_columns)].reset_index()
+    columns_of_runs = runs.loc[list(plateaus_of_run), list(rig_kind.run_columns)].reset_index()
     points = columns_of_runs.take(
         np.repeat(np.arange(len(plateau_counts)), plateau_counts)
     ).reset_index(drop=True)
@@ -1025,7 +1047,7 @@ def _table_of_plateaus(
         column: np.concatenate([plateaus[column] for plateaus in all_plateaus])
         for column in all_plateaus[0]
     }
-    points = rig.complete(points.assign(**measured_columns))
+    points = rig_kind.complete(points.assign(**measured_columns))
     # without any load mu is larger than a table may hold
     float_columns = points.select_dtypes("float")
     return points.assign(**float_columns.mask(float_columns.abs() >= tables.LARGEST_NUMBER))
@@ -1033,20 +1055,20 @@ def _table_of_plateaus(
 
 def _judge(measured: _MeasuredRuns) -> Curated:
     """Judge plateaus by the gates of plateaus, and runs by their plateaus."""
-    points, runs, rig = measured.points, measured.runs, measured.rig
+    points, runs, rig_kind = measured.points, measured.runs, measured.rig_kind
     refusal_of_run = dict(measured.refusal_of_run)
-    failed_by_gate = judge_plateaus(points, rig)
+    failed_by_gate = judge_plateaus(points, rig_kind)
     is_unrefused = ~points["run_id"].isin(list(refusal_of_run))
     refusals_by_plateaus = list(
-        refusals_of_unusable_runs(points[is_unrefused], failed_by_gate[is_unrefused], rig)
+        refusals_of_unusable_runs(points[is_unrefused], failed_by_gate[is_unrefused], rig_kind)
     )
     points = points.assign(
         failed_gates=failed_gates.gate_name_lists(failed_by_gate),
         accepted=~failed_by_gate.any(axis=1),
     )
-    points = _refuse_plateaus(points, list(refusal_of_run.values()), type(rig))
+    points = _refuse_plateaus(points, list(refusal_of_run.values()), type(rig_kind))
     # If a run is refused because of its plateaus, they all stay in the table, whatever the kind of
-    # rig. Those that pass their own gates get the rule of the run.
+    # rig_kind. Those that pass their own gates get the rule of the run.
     runs_with_accepted_points = set(points.loc[points["accepted"], "run_id"])
     rule_of_run = {
         refusal.run_id: refusal.rule
@@ -1060,17 +1082,17 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     ]
     runs = _with_verdicts(runs, _plateau_counts(points), refusals_in_order)
     quarantine = quarantine_rows(
-        [*refusals_in_order, *measured.short_level_refusals], runs, type(rig)
+        [*refusals_in_order, *measured.short_level_refusals], runs, type(rig_kind)
     )
-    return Curated(points[tables.columns(rig.table_name)], runs, quarantine)
+    return Curated(points[tables.columns(rig_kind.table_name)], runs, quarantine)
 
 
 def _refuse_plateaus(
-    points: pd.DataFrame, refusals: list[Refusal], rig_kind: type[RigKind]
+    points: pd.DataFrame, refusals: list[Refusal], rig_class: type[RigKind]
 ) -> pd.DataFrame:
     """Plateaus, of which those of refused runs are refused, or left out for some kinds of rig."""
     gate_of_run = {refusal.run_id: refusal.rule for refusal in refusals}
-    if rig_kind.keeps_refused_runs:
+    if rig_class.keeps_refused_runs:
         return failed_gates.with_gate_of_run(points, gate_of_run)
     return points[~points["run_id"].isin(list(gate_of_run))]
 

@@ -116,9 +116,9 @@ class Gate(Generic[Judge]):
     blames_run: bool = True
     needs: str = ""
 
-    def sentence(self, rig: RigKind, **fields: Any) -> str:
+    def sentence(self, rig_kind: RigKind, **fields: Any) -> str:
         """The sentence about a refusal, with the limits of the rig and the values of its fields."""
-        return self.finds.format(rig=rig, gates=rig.gates, **fields)
+        return self.finds.format(rig_kind=rig_kind, gates=rig_kind.gates, **fields)
 
 
 class Gates(list[Gate[Judge]]):

@@ -24,38 +24,40 @@ from oilfilm.logs.base import Columns, Refusal
 from oilfilm.settings.config import StepSettings
 
 
-def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = False) -> Run:
+def measure(signals: Signals, rig_kind: RigKind, rig_name: str, is_settled: bool = False) -> Run:
     """The plateaus of a run, less the zero of its sensor.
 
     Args:
         signals: The run.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
         rig_name: Name of its file.
         is_settled: Whether each row is a settled reading, the zero removed by the rig.
     """
     if is_settled:
-        run = Run(rig, signals, signals, _settled_readings(signals, rig))
-        return replace(run, refusal=rig.settled_refusal(run))
-    division = rig.divide(signals, rig_name)
+        run = Run(rig_kind, signals, signals, _settled_readings(signals, rig_kind))
+        return replace(run, refusal=rig_kind.settled_refusal(run))
+    division = rig_kind.divide(signals, rig_name)
     usable_signals = division.signals
-    phases, refusal = _usable_phases(division, rig)
+    phases, refusal = _usable_phases(division, rig_kind)
     phases_to_cut_off = phases if division.phases_in_levels else []
-    starts, stops = _levels_without_phases(division, phases_to_cut_off, rig)
-    averages = average(usable_signals, starts, stops, rig)
+    starts, stops = _levels_without_phases(division, phases_to_cut_off, rig_kind)
+    averages = average(usable_signals, starts, stops, rig_kind)
     if refusal is not None:
         zero_of_plateau = zero_of_plateau_se = unknown_values(len(starts))
     else:
-        spike_threshold = rig.settings.curation.spikes.threshold
+        spike_threshold = rig_kind.settings.curation.spikes.threshold
         zero = zero_reference(
-            division.rest_signals, rig.sensor.column, division.phases, spike_threshold
+            division.rest_signals, rig_kind.sensor.column, division.phases, spike_threshold
         )
         zero_of_plateau = zero.zero_at(averages["time_s"])
         zero_of_plateau_se = zero.standard_error_at(averages["time_s"])
-        refusal = moved_zero_refusal(zero, division, rig.sensor, rig.zero_drift_max, rig.gates)
-    plateaus = rig.derive(averages, zero_of_plateau, zero_of_plateau_se)
+        refusal = moved_zero_refusal(
+            zero, division, rig_kind.sensor, rig_kind.zero_drift_max, rig_kind.gates
+        )
+    plateaus = rig_kind.derive(averages, zero_of_plateau, zero_of_plateau_se)
     turning_signals = usable_signals.select(division.turning_samples)
     run = Run(
-        rig,
+        rig_kind,
         signals,
         turning_signals,
         plateaus,
@@ -63,30 +65,30 @@ def measure(signals: Signals, rig: RigKind, rig_name: str, is_settled: bool = Fa
         division.short_level_refusals,
         tuple(division.phases),
     )
-    ramp = rig.measured_ramp(run, division, rig_name)
-    return ramp or replace(run, refusal=rig.zero_refusal(run, division, rig_name))
+    ramp = rig_kind.measured_ramp(run, division, rig_name)
+    return ramp or replace(run, refusal=rig_kind.zero_refusal(run, division, rig_name))
 
 
-def _settled_readings(signals: Signals, rig: RigKind) -> Columns:
+def _settled_readings(signals: Signals, rig_kind: RigKind) -> Columns:
     """Plateaus of one row each, without errors and changes; the rig has removed the zero."""
     count = len(signals)
     rows = np.arange(count)
-    averages: Columns = dict(signals.columns) | average(signals, rows, rows + 1, rig)
+    averages: Columns = dict(signals.columns) | average(signals, rows, rows + 1, rig_kind)
     averages["duration_s"] = unknown_values(count)
     averages["n_samples"] = np.ones(count, dtype=np.int64)
-    return rig.derive(
+    return rig_kind.derive(
         averages, zero_of_plateau=np.zeros(count), zero_of_plateau_se=unknown_values(count)
     )
 
 
-def _usable_phases(division: Division, rig: RigKind) -> tuple[list[slice], Refusal | None]:
+def _usable_phases(division: Division, rig_kind: RigKind) -> tuple[list[slice], Refusal | None]:
     """The phases at rest before the first that gives no zero, and the refusal by that one."""
     usable_phases: list[slice] = []
-    largest_slip = rig.settings.curation.zero_reference.max_slide_roll_ratio
+    largest_slip = rig_kind.settings.curation.zero_reference.max_slide_roll_ratio
     for name, phase in division.phases.items():
         phase_in_words = f"{name} phase of {division.rest_in_words}"
         refusal = short_phase_refusal(
-            division.rest_signals, phase, phase_in_words, rig.zero_settings.min_duration_s
+            division.rest_signals, phase, phase_in_words, rig_kind.zero_settings.min_duration_s
         )
         if refusal is None and division.phases_in_levels:
             refusal = sliding_phase_refusal(division, name, largest_slip)
@@ -97,7 +99,7 @@ def _usable_phases(division: Division, rig: RigKind) -> tuple[list[slice], Refus
 
 
 def _levels_without_phases(
-    division: Division, phases: list[slice], rig: RigKind
+    division: Division, phases: list[slice], rig_kind: RigKind
 ) -> tuple[IndexArray, IndexArray]:
     """Starts and stops of the levels without the phases that gave the zero.
 
@@ -109,7 +111,7 @@ def _levels_without_phases(
         has_phase = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(has_phase, phase.stop, starts)
         rest_s = (stops - starts) * interval_s
-        is_kept = ~has_phase | reaches(rest_s, rig.plateau_settings.min_duration_s)
+        is_kept = ~has_phase | reaches(rest_s, rig_kind.plateau_settings.min_duration_s)
         starts = starts[is_kept]
         stops = stops[is_kept]
     if len(division.signals) == 0:
@@ -119,18 +121,18 @@ def _levels_without_phases(
     return np.minimum(starts, stops - 1), stops
 
 
-def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig: RigKind) -> Columns:
+def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: RigKind) -> Columns:
     """Means over plateaus without spikes of the sensor, with errors, changes and transients.
 
     Args:
         signals: The run.
         starts: Index of the first sample of each plateau.
         stops: Index after its last sample.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
-    settings = rig.settings.curation
+    settings = rig_kind.settings.curation
     stretches = Stretches(starts, stops)
-    sensor = signals[rig.sensor.column]
+    sensor = signals[rig_kind.sensor.column]
     is_spike = stretches.spikes(stretches.cut(sensor), settings.spikes.threshold)
     is_used = ~is_spike
     is_in_first_half = stretches.is_in_first_part(is_used, 1 / 2)
@@ -145,17 +147,17 @@ def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig: RigKin
         "time_s": stretches.means(stretches.cut(signals.time_s), is_used),
     }
     # one signal at a time: the memory of a long log must not grow with the number of signals
-    for name in rig.mean_columns:
+    for name in rig_kind.mean_columns:
         plateau_samples = stretches.cut(signals[name])
         averages[name] = mean = stretches.means(plateau_samples, is_used)
-        if name in rig.columns_with_error:
+        if name in rig_kind.columns_with_error:
             averages[f"{name}_se"] = stretches.standard_errors(plateau_samples, is_used, mean)
-        if name in rig.columns_with_change:
+        if name in rig_kind.columns_with_change:
             mean_of_rest = stretches.means(plateau_samples, is_used & ~is_in_first_half)
             averages[f"{name}_change"] = mean_of_rest - stretches.means(
                 plateau_samples, is_in_first_half
             )
-        if name in rig.columns_with_transient:
+        if name in rig_kind.columns_with_transient:
             mean_of_rest = stretches.means(plateau_samples, is_used & ~is_in_beginning)
             averages[f"{name}_transient"] = (
                 stretches.means(plateau_samples, is_in_beginning) - mean_of_rest

@@ -34,29 +34,29 @@ def _off_nominal(points: pd.DataFrame, column: str, tolerance: float) -> BoolArr
 
 
 @gate
-def traction_missing(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def traction_missing(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """Force, load or slip has no value."""
     return points[["traction_coefficient", "slide_roll_ratio"]].isna().any(axis=1)
 
 
 @gate
-def too_short(points: pd.DataFrame, rig: RigKind) -> BoolArray:
+def too_short(points: pd.DataFrame, rig_kind: RigKind) -> BoolArray:
     """Little is left of a level once it has settled."""
-    return exceeds(rig.plateau_settings.min_duration_s, points["duration_s"])
+    return exceeds(rig_kind.plateau_settings.min_duration_s, points["duration_s"])
 
 
 @gate
-def load_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
+def load_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The load is not the one that was set."""
-    return _off_nominal(points, "load_n", rig.gates.load_tolerance)
+    return _off_nominal(points, "load_n", rig_kind.gates.load_tolerance)
 
 
 @gate
-def speed_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
+def speed_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The entrainment speed is not the one that was set."""
     speed = held_speed(points)
     nominal = points["nominal_entrainment_speed_m_s"]
-    return exceeds((speed - nominal).abs(), rig.gates.speed_tolerance * nominal)
+    return exceeds((speed - nominal).abs(), rig_kind.gates.speed_tolerance * nominal)
 
 
 def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
@@ -89,77 +89,79 @@ def controlled_speeds(points: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
 
 
 @gate
-def temperature_off_nominal(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
+def temperature_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The inlet temperature is not the one that was set."""
     off_c = points["inlet_temperature_c"] - points["nominal_inlet_temperature_c"]
-    return exceeds(off_c.abs(), rig.gates.temperature_tolerance_c)
+    return exceeds(off_c.abs(), rig_kind.gates.temperature_tolerance_c)
 
 
 @gate
-def slip_out_of_range(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
+def slip_out_of_range(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
-    is_high_enough = reaches(slip, rig.gates.slide_roll_ratio_min)
-    is_low_enough = reaches(rig.gates.slide_roll_ratio_max, slip)
+    is_high_enough = reaches(slip, rig_kind.gates.slide_roll_ratio_min)
+    is_low_enough = reaches(rig_kind.gates.slide_roll_ratio_max, slip)
     return ~(is_high_enough & is_low_enough)
 
 
 @gate
-def slip_off_set_point(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
+def slip_off_set_point(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The slide-roll ratio is none of the planned ones."""
     slip = points["slide_roll_ratio"].to_numpy()
-    planned = np.array(rig.planned_slips)
+    planned = np.array(rig_kind.planned_slips)
     if len(planned) == 0:
         return np.zeros(len(points), dtype=bool)
     distance = np.abs(slip[:, np.newaxis] - planned)
-    return np.asarray(exceeds(distance, rig.gates.slip_tolerance).all(axis=1))
+    return np.asarray(exceeds(distance, rig_kind.gates.slip_tolerance).all(axis=1))
 
 
 @gate
-def not_steady(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def not_steady(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """Slip or traction differs between the two halves of a plateau."""
-    is_slip_changing = points["slip_change"].abs() > rig.gates.slip_change_max
-    is_traction_changing = points["traction_change"].abs() > rig.gates.traction_change_max
+    is_slip_changing = points["slip_change"].abs() > rig_kind.gates.slip_change_max
+    is_traction_changing = points["traction_change"].abs() > rig_kind.gates.traction_change_max
     return is_slip_changing | is_traction_changing
 
 
 @gate
-def transient_not_ended(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def transient_not_ended(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The beginning of a plateau differs from the rest of it."""
-    has_slip_transient = points["slip_transient"].abs() > rig.gates.slip_transient_max
-    has_traction_transient = points["traction_transient"].abs() > rig.gates.traction_transient_max
+    has_slip_transient = points["slip_transient"].abs() > rig_kind.gates.slip_transient_max
+    has_traction_transient = (
+        points["traction_transient"].abs() > rig_kind.gates.traction_transient_max
+    )
     return has_slip_transient | has_traction_transient
 
 
 @gate
-def torque_drifts(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def torque_drifts(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The torque differs between the two halves of a plateau."""
-    return points["torque_change"].abs() > rig.settings.torque_logs.gates.torque_change_max
+    return points["torque_change"].abs() > rig_kind.settings.torque_logs.gates.torque_change_max
 
 
 @gate
-def load_changes(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def load_changes(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The load differs between the two halves of a plateau."""
-    return points["load_change"].abs() > rig.gates.load_change_max
+    return points["load_change"].abs() > rig_kind.gates.load_change_max
 
 
 @gate
-def temperature_changes(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def temperature_changes(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The oil's temperature differs between the two halves of a plateau."""
-    return points["temperature_change_c"].abs() > rig.gates.temperature_change_max_c
+    return points["temperature_change_c"].abs() > rig_kind.gates.temperature_change_max_c
 
 
 @gate
-def spiky(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def spiky(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """Too many readings of a plateau are spikes."""
     spikes = points["n_spikes"]
     readings = points["n_samples"] + spikes
     # a single spike is allowed even where it is a large share of few readings
-    return (spikes > 1) & exceeds(spikes, rig.gates.spike_share_max * readings)
+    return (spikes > 1) & exceeds(spikes, rig_kind.gates.spike_share_max * readings)
 
 
 @gate
-def film_off_trend(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
+def film_off_trend(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """A measured film leaves the power law in speed that its run follows.
 
     The law is the repeated-median line of ln h against ln U, which holds with up to half of the
@@ -178,98 +180,98 @@ def film_off_trend(points: pd.DataFrame, rig: TractionRig) -> BoolArray:
             trend = scipy.stats.siegelslopes(log_film, log_speed)
             residual = log_film - trend.intercept - trend.slope * log_speed
             is_off_trend[readings_of_run.index] = np.abs(residual) > np.log(
-                rig.gates.film_trend_factor
+                rig_kind.gates.film_trend_factor
             )
     return is_off_trend.to_numpy()
 
 
 @gate
-def force_not_reversed(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def force_not_reversed(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The force of one direction of slip had not reversed."""
-    is_sliding = points["slide_roll_ratio"].abs() > rig.gates.asymmetry_slip_min
-    return is_sliding & (points["force_asymmetry"] > rig.gates.asymmetry_max)
+    is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gates.asymmetry_slip_min
+    return is_sliding & (points["force_asymmetry"] > rig_kind.gates.asymmetry_max)
 
 
 @gate
-def traction_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def traction_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The traction coefficient is one that no oil has."""
     mu = points["traction_coefficient"]
-    return ~mu.between(rig.gates.traction_min, rig.gates.traction_max) & mu.notna()
+    return ~mu.between(rig_kind.gates.traction_min, rig_kind.gates.traction_max) & mu.notna()
 
 
-def _hint_at_unit_of_load(points: pd.DataFrame, rig: TractionRig) -> str:
+def _hint_at_unit_of_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the units of the load with which too large traction coefficients are usual ones."""
     mu_sizes = points["traction_coefficient"].abs()
-    is_sliding = points["slide_roll_ratio"].abs() > rig.gates.sign_slip_min
+    is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gates.sign_slip_min
     median_mu = mu_sizes[is_sliding].median()
     largest_mu = mu_sizes.max()
-    if largest_mu <= rig.gates.traction_max:
+    if largest_mu <= rig_kind.gates.traction_max:
         return ""
 
     def is_usual_in_unit(unit_n: float) -> bool:
-        is_usual = median_mu / unit_n >= rig.gates.sliding_traction_usual
-        is_possible = largest_mu / unit_n <= rig.gates.traction_max
+        is_usual = median_mu / unit_n >= rig_kind.gates.sliding_traction_usual
+        is_possible = largest_mu / unit_n <= rig_kind.gates.traction_max
         return bool(is_usual and is_possible)
 
     return unit_hint("load", is_usual_in_unit)
 
 
-def _is_slip_held(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def _is_slip_held(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """Plateaus whose slip is steady; on a ramp between two slips it is not."""
-    is_changing = points["slip_change"].abs() > rig.gates.slip_change_max
-    has_transient = points["slip_transient"].abs() > rig.gates.slip_transient_max
+    is_changing = points["slip_change"].abs() > rig_kind.gates.slip_change_max
+    has_transient = points["slip_transient"].abs() > rig_kind.gates.slip_transient_max
     return ~(is_changing | has_transient)
 
 
-def _is_surely_unphysical(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def _is_surely_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """Plateaus whose traction coefficient is impossible by far more than its standard error.
 
     A small negative coefficient without slip is none of them: the zero may be slightly off.
     """
     mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
-    is_sliding = points["slide_roll_ratio"] > rig.gates.sign_slip_min
-    error = rig.gates.significant_errors * error
-    is_above = mu - error > rig.gates.traction_max
-    return is_above | (is_sliding & (mu + error < rig.gates.traction_min))
+    is_sliding = points["slide_roll_ratio"] > rig_kind.gates.sign_slip_min
+    error = rig_kind.gates.significant_errors * error
+    is_above = mu - error > rig_kind.gates.traction_max
+    return is_above | (is_sliding & (mu + error < rig_kind.gates.traction_min))
 
 
 @gate
-def thin_film(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def thin_film(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The film does not separate the surfaces."""
     # derived with rig.gates.lambda_limit
     return points["film_judgement"] == "below limit"
 
 
 @gate
-def film_not_judged(points: pd.DataFrame, rig: TractionRig) -> "pd.Series[bool]":
+def film_not_judged(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The film cannot be calculated, and the campaign does not accept that."""
-    exception = rig.settings.campaign.film_unjudged
+    exception = rig_kind.settings.campaign.film_unjudged
     is_unjudged = points["film_judgement"] == "cannot be judged"
     return is_unjudged & (exception is None or not exception.accept)
 
 
 @gate
-def torque_not_positive(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def torque_not_positive(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The torque does not resist the motion."""
     return ~(points["torque_n_m"] > 0)
 
 
 @gate
-def turns_backwards(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def turns_backwards(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The speed is negative."""
     return points["inner_speed_rpm"] < 0
 
 
 @gate
-def unloaded(points: pd.DataFrame, rig: RigKind) -> "pd.Series[bool]":
+def unloaded(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """Nothing pushes the bearing together."""
     return ~(points["axial_load_n"] > 0)
 
 
-def _hint_at_unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
+def _hint_at_unit_of_set_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the units of the load with which it is the load that was set."""
     load_ratio = points["load_n"].mean() / points["nominal_load_n"].median()
-    largest_deviation = 2 * rig.gates.load_tolerance
+    largest_deviation = 2 * rig_kind.gates.load_tolerance
 
     def is_set_load_in_unit(unit_n: float) -> bool:
         return bool(abs(load_ratio * unit_n - 1) < largest_deviation)
@@ -277,27 +279,27 @@ def _hint_at_unit_of_set_load(points: pd.DataFrame, rig: TractionRig) -> str:
     return unit_hint("load", is_set_load_in_unit)
 
 
-def _hint_at_slip_limit(points: pd.DataFrame, rig: TractionRig) -> str:
+def _hint_at_slip_limit(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the limit with which the largest slip passes, in whole per cent; else empty."""
     largest_slip = points["slide_roll_ratio"].max()
-    if not exceeds(largest_slip, rig.gates.slide_roll_ratio_max):
+    if not exceeds(largest_slip, rig_kind.gates.slide_roll_ratio_max):
         return ""
     limit = np.ceil(100 * largest_slip) / 100
     return f"; they would pass with gates.slide_roll_ratio_max of {limit:g}"
 
 
-def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str:
+def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig_kind: Any) -> str:
     """The sentence of a gate about plateaus that all fail it."""
     hint = ""
     if gate.name == "load_off_nominal":
-        hint = _hint_at_unit_of_set_load(points, rig)
+        hint = _hint_at_unit_of_set_load(points, rig_kind)
     if gate.name == "slip_out_of_range":
-        hint = _hint_at_slip_limit(points, rig)
+        hint = _hint_at_slip_limit(points, rig_kind)
     if gate.name == "traction_unphysical":
-        hint = _hint_at_unit_of_load(points, rig)
+        hint = _hint_at_unit_of_load(points, rig_kind)
     number_columns = points.select_dtypes("number")
     return gate.sentence(
-        rig,
+        rig_kind,
         hint=hint,
         least=number_columns.min(),
         most=number_columns.max(),
@@ -312,27 +314,27 @@ def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig: Any) -> str
 _IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
 
 
-def advice_for(rule: str, rig_kind: type[RigKind]) -> str:
+def advice_for(rule: str, rig_class: type[RigKind]) -> str:
     """What to do about a refusal by a gate or rule, in the words of a kind of rig."""
     advice = {name: entry["advice"] for name, entry in RULES["gates"].items()}
     advice |= RULES["others"]
     advice[EXCLUDED] = EXCLUDED_ADVICE
     # some rules have another advice for one kind of rig
-    advice |= RULES[rig_kind.name]
+    advice |= RULES[rig_class.name]
     for name, text in RULES["mistakes"].items():
         advice[name] = f"{text} {_IF_RIGHT}"
-    return str(advice[rule]).format(**rig_kind.terms)
+    return str(advice[rule]).format(**rig_class.terms)
 
 
 def quarantine_rows(
-    refusals: list[Refusal], runs: pd.DataFrame, rig_kind: type[RigKind]
+    refusals: list[Refusal], runs: pd.DataFrame, rig_class: type[RigKind]
 ) -> pd.DataFrame:
     """The table of quarantine for refusals by curation.
 
     Args:
         refusals: The refusals.
         runs: Table of runs, with the run of each refusal.
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
     """
     columns_of_run: dict[Any, dict[Any, Any]] = runs.set_index("run_id")[
         ["campaign", "file"]
@@ -341,39 +343,42 @@ def quarantine_rows(
     for refusal in refusals:
         row: dict[str, Any] = {"stage": "curate", **columns_of_run[refusal.run_id]}
         row |= asdict(refusal)
-        row["advice"] = advice_for(refusal.rule, rig_kind)
+        row["advice"] = advice_for(refusal.rule, rig_class)
         rows.append(row)
     return tables.from_rows(rows, "quarantine")
 
 
-def judge_plateaus(points: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
+def judge_plateaus(points: pd.DataFrame, rig_kind: RigKind) -> pd.DataFrame:
     """The gates that each plateau fails: one boolean column per gate, one row per plateau."""
-    gates = PLATEAU_GATES.for_rig(rig.name) if len(points) else []
+    gates = PLATEAU_GATES.for_rig(rig_kind.name) if len(points) else []
     return pd.DataFrame(
-        {gate.name: np.asarray(gate.judge(points, rig)) for gate in gates},
+        {gate.name: np.asarray(gate.judge(points, rig_kind)) for gate in gates},
         index=points.index,
         dtype=bool,
     )
 
 
 def refusals_of_unusable_runs(
-    points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind
+    points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig_kind: RigKind
 ) -> Iterator[Refusal]:
     """Refusals of runs without a usable plateau, or with too many faulty plateaus.
 
     Args:
         points: Plateaus of any number of runs.
         failed_by_gate: The gates that each plateau fails, as `judge_plateaus` gives them.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
     if points.empty:
         return
-    judgements = _judgements(points, failed_by_gate, rig)
+    judgements = _judgements(points, failed_by_gate, rig_kind)
     judgements_by_run = judgements.groupby(points["run_id"])
     share_by_run = judgements_by_run.mean()
     count_by_run = judgements_by_run.sum()
     any_by_run = judgements_by_run.any()
-    largest_faulty_share, fewest_faulty = rig.gates.faulty_share_max, rig.gates.faulty_plateaus_min
+    largest_faulty_share, fewest_faulty = (
+        rig_kind.gates.faulty_share_max,
+        rig_kind.gates.faulty_plateaus_min,
+    )
     do_many_fail = share_by_run["faulty_where_held"] > largest_faulty_share
     do_many_fail &= count_by_run["faulty_where_held"] >= fewest_faulty
     do_most_fail = share_by_run["faulty"] > max(1 / 2, largest_faulty_share)
@@ -385,12 +390,14 @@ def refusals_of_unusable_runs(
     for run_id in any_by_run.index[is_refused]:
         is_of_run = points["run_id"] == run_id
         refusal = _refusal_of_run(
-            points[is_of_run], failed_by_gate[is_of_run], judgements[is_of_run], rig
+            points[is_of_run], failed_by_gate[is_of_run], judgements[is_of_run], rig_kind
         )
         yield replace(refusal, run_id=str(run_id))
 
 
-def _judgements(points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind) -> pd.DataFrame:
+def _judgements(
+    points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig_kind: RigKind
+) -> pd.DataFrame:
     """What each plateau means for its run: boolean columns, one row per plateau.
 
     - `informative`: it slides, or no plateau of its run does;
@@ -400,21 +407,23 @@ def _judgements(points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind
     - `faulty`: it fails a gate that blames the run;
     - `faulty_where_held`: it is faulty and held.
     """
-    blaming_gate_names = [gate.name for gate in PLATEAU_GATES.for_rig(rig.name) if gate.blames_run]
+    blaming_gate_names = [
+        gate.name for gate in PLATEAU_GATES.for_rig(rig_kind.name) if gate.blames_run
+    ]
     is_faulty = failed_by_gate[blaming_gate_names].any(axis=1)
     judgements = pd.DataFrame(
         {"informative": True, "held": True, "unphysical": False}, index=points.index
     )
-    if isinstance(rig, TractionRig):
-        is_sliding = points["slide_roll_ratio"].abs() > rig.zero_settings.max_slide_roll_ratio
-        is_held = _is_slip_held(points, rig)
+    if isinstance(rig_kind, TractionRig):
+        is_sliding = points["slide_roll_ratio"].abs() > rig_kind.zero_settings.max_slide_roll_ratio
+        is_held = _is_slip_held(points, rig_kind)
         has_other_cause = failed_by_gate[
             ["slip_out_of_range", "load_off_nominal", "load_changes"]
         ].any(axis=1)
         judgements = judgements.assign(
             informative=is_sliding | ~points["run_id"].isin(points.loc[is_sliding, "run_id"]),
             held=is_held,
-            unphysical=~has_other_cause & is_held & _is_surely_unphysical(points, rig),
+            unphysical=~has_other_cause & is_held & _is_surely_unphysical(points, rig_kind),
         )
     is_usable = judgements["informative"] & ~failed_by_gate.any(axis=1)
     return judgements.assign(
@@ -423,7 +432,7 @@ def _judgements(points: pd.DataFrame, failed_by_gate: pd.DataFrame, rig: RigKind
 
 
 def _refusal_of_run(
-    points: pd.DataFrame, failed_by_gate: pd.DataFrame, judgements: pd.DataFrame, rig: RigKind
+    points: pd.DataFrame, failed_by_gate: pd.DataFrame, judgements: pd.DataFrame, rig_kind: RigKind
 ) -> Refusal:
     """The refusal of one run that cannot be used.
 
@@ -431,14 +440,14 @@ def _refusal_of_run(
         points: Its plateaus.
         failed_by_gate: The gates that each of them fails.
         judgements: Columns of `_judgements`, and `blamed`: the plateaus whose faults count.
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
     """
-    gates = PLATEAU_GATES.for_rig(rig.name)
+    gates = PLATEAU_GATES.for_rig(rig_kind.name)
     for gate in gates:
         if failed_by_gate[gate.name].all():
-            return Refusal(gate.name, sentence_of(gate, points, rig), "")
+            return Refusal(gate.name, sentence_of(gate, points, rig_kind), "")
     is_unphysical = judgements["unphysical"]
-    if is_unphysical.any() and isinstance(rig, TractionRig):
+    if is_unphysical.any() and isinstance(rig_kind, TractionRig):
         worst_point = points.iloc[
             points["traction_coefficient"].abs().where(is_unphysical).argmax()
         ]
@@ -447,7 +456,7 @@ def _refusal_of_run(
             count=is_unphysical.sum(),
             plateaus=len(points),
             worst=worst_point,
-            hint=_hint_at_unit_of_load(points, rig),
+            hint=_hint_at_unit_of_load(points, rig_kind),
             first=worst_point["first_row"],
             last=worst_point["last_row"],
         )
@@ -467,7 +476,7 @@ def _refusal_of_run(
         plateaus=len(points),
         share=is_blamed.mean(),
         counts=_gate_counts_in_words(failed_by_gate.loc[is_blamed, blaming_gate_names]),
-        allowed=rig.gates.faulty_share_max,
+        allowed=rig_kind.gates.faulty_share_max,
     )
 
 

@@ -286,7 +286,7 @@ class RampZero:
 
 
 def rolling_zero(
-    signals: Signals, zero_source_name: str, window_s: float, settings: ZeroReferenceSettings
+    signals: Signals, zero_source_name: str, window_s: float, zero_settings: ZeroReferenceSettings
 ) -> RampZero:
     """How the zero is found: by rolling at the ends of a ramp, or by both directions of slip.
 
@@ -294,16 +294,16 @@ def rolling_zero(
         signals: The samples of the ramp, rolling included.
         zero_source_name: `semantics: zero` of the campaign.
         window_s: Time over which the slip is averaged to find rolling.
-        settings: Shortest phase of rolling, and its largest slip.
+        zero_settings: Shortest phase of rolling, and its largest slip.
     """
     if zero_source_name in ("standstill", "already_removed"):
         return RampZero(term_count=0)
-    rolling_slices = rolling_ends(signals, window_s, settings)
+    rolling_slices = rolling_ends(signals, window_s, zero_settings)
     needed_phases = ("opening",) if zero_source_name == "opening_phase" else ("opening", "closing")
     for phase_name in needed_phases:
         phase_in_words = f"{phase_name} phase of pure rolling"
         refusal = short_phase_refusal(
-            signals, rolling_slices[phase_name], phase_in_words, settings.min_duration_s
+            signals, rolling_slices[phase_name], phase_in_words, zero_settings.min_duration_s
         )
         if refusal is not None:
             if _slides_in_both_directions(signals["slide_roll_ratio"]):
@@ -314,19 +314,19 @@ def rolling_zero(
 
 
 def rolling_ends(
-    signals: Signals, window_s: float, settings: ZeroReferenceSettings
+    signals: Signals, window_s: float, zero_settings: ZeroReferenceSettings
 ) -> dict[str, slice]:
     """The samples before and after the sliding part of a ramp, by the name of the phase.
 
     Args:
         signals: The samples of the ramp, rolling included.
         window_s: Time over which the slip is averaged to find rolling.
-        settings: Largest slip of rolling.
+        zero_settings: Largest slip of rolling.
     """
     slip = signals["slide_roll_ratio"]
     window_samples = max(round(window_s / signals.interval_s), 1)
     mean_slip = scipy.ndimage.uniform_filter1d(slip, window_samples, mode="nearest")
-    sliding_index = np.flatnonzero(np.abs(mean_slip) > settings.max_slide_roll_ratio)
+    sliding_index = np.flatnonzero(np.abs(mean_slip) > zero_settings.max_slide_roll_ratio)
     if len(sliding_index) == 0:
         # a slip that alternates faster than the window has no ends of rolling
         return {"opening": slice(0, 0), "closing": slice(0, 0)}
@@ -460,9 +460,9 @@ def _averaged_ramp(signals: Signals, force_n: FloatArray) -> _Ramp:
     )
 
 
-def _noise_sd(values: FloatArray) -> float:
+def _noise_sd(signal: FloatArray) -> float:
     """Standard deviation of the noise of a signal, by its second differences."""
-    return MAD_TO_SIGMA * median(np.abs(np.diff(values, 2))) / np.sqrt(6)
+    return MAD_TO_SIGMA * median(np.abs(np.diff(signal, 2))) / np.sqrt(6)
 
 
 def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _Ramp:
@@ -863,7 +863,7 @@ def _curve_of_trial(
     return basis_of_points @ coefficients, np.sqrt(mu_variances), drift_n
 
 
-def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[FloatArray, FloatArray]:
+def _least_squares(columns: FloatArray, row_values: FloatArray) -> tuple[FloatArray, FloatArray]:
     """The coefficients of least squares, and the inverse of the normal matrix.
 
     The coefficient of a column that is zero in all rows is about 0.
@@ -875,7 +875,7 @@ def _least_squares(columns: FloatArray, values: FloatArray) -> tuple[FloatArray,
     scaled_matrix = normal_matrix / np.outer(column_sizes, column_sizes)
     scaled_matrix[np.diag_indices_from(scaled_matrix)] += _EMPTY_COLUMN_SIZE
     inverse = np.linalg.inv(scaled_matrix) / np.outer(column_sizes, column_sizes)
-    return inverse @ (columns.T @ values), inverse
+    return inverse @ (columns.T @ row_values), inverse
 
 
 def _rows_of_points(

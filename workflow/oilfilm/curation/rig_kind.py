@@ -121,7 +121,7 @@ class Run:
     """One measured run, which the gates of runs judge.
 
     Attributes:
-        rig: The rig.
+        rig_kind: The kind of rig, with its settings.
         signals: All samples of the run.
         turning_signals: The samples at which the rig turns, without the phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
@@ -132,7 +132,7 @@ class Run:
         force_lag: Lag of the force, where the slip is a continuous ramp; else None.
     """
 
-    rig: "RigKind"
+    rig_kind: "RigKind"
     signals: Signals
     turning_signals: Signals
     plateaus: Columns

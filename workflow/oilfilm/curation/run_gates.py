@@ -50,8 +50,8 @@ _READINGS_BESIDE_HOLD = 20
 
 def first_refusal(run: Run) -> Refusal | None:
     """The refusal by the first gate that refuses a run, if one does."""
-    for run_gate in RUN_GATES.for_rig(run.rig.name):
-        for fields in run_gate.judge(run, run.rig):
+    for run_gate in RUN_GATES.for_rig(run.rig_kind.name):
+        for fields in run_gate.judge(run, run.rig_kind):
             return refusal_with_sentence(run_gate.name, _sentence(run_gate, run, fields), fields)
     if run.refusal is None and len(run.plateaus["time_s"]) == 0:
         return refusal_by("no_plateau")
@@ -61,19 +61,19 @@ def first_refusal(run: Run) -> Refusal | None:
 def warnings_about(run: Run) -> tuple[str, ...]:
     """All warnings about a run, each with its name."""
     sentences = []
-    for run_warning in WARNINGS.for_rig(run.rig.name):
-        for fields in run_warning.judge(run, run.rig):
+    for run_warning in WARNINGS.for_rig(run.rig_kind.name):
+        for fields in run_warning.judge(run, run.rig_kind):
             sentences.append(f"{run_warning.name}: {_sentence(run_warning, run, fields)}")
     return tuple(sentences)
 
 
 def _sentence(run_gate: Gate[RunJudge], run: Run, fields: dict[str, Any]) -> str:
     """The sentence of a gate about a run, with the values of its fields."""
-    return run_gate.sentence(run.rig, sensor=run.rig.sensor, **fields)
+    return run_gate.sentence(run.rig_kind, sensor=run.rig_kind.sensor, **fields)
 
 
 @gate
-def time_disorder(run: Run, rig: RigKind) -> RefusalFields:
+def time_disorder(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The time stamp does not increase."""
     time_s = run.signals.time_s
     index_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
@@ -88,12 +88,12 @@ def time_disorder(run: Run, rig: RigKind) -> RefusalFields:
 
 
 @gate
-def missing_readings(run: Run, rig: RigKind) -> RefusalFields:
+def missing_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
     """So many consecutive rows cannot be read that the run has a hole."""
     row_numbers = run.signals.row_numbers
     row_steps = np.diff(row_numbers)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest_step = rig.gates.clock_jump_intervals * median(row_steps)
+    longest_step = rig_kind.gates.clock_jump_intervals * median(row_steps)
     # a single row has no steps: the limit is NaN, and the comparison is false
     if row_steps.max(initial=0) > longest_step:
         hole_index = int(np.argmax(row_steps))
@@ -105,10 +105,10 @@ def missing_readings(run: Run, rig: RigKind) -> RefusalFields:
 
 
 @gate
-def clock_jump(run: Run, rig: RigKind) -> RefusalFields:
+def clock_jump(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The clock jumps ahead."""
     gaps_s = np.diff(run.signals.time_s)
-    allowed_s = rig.gates.clock_jump_intervals * run.signals.interval_s
+    allowed_s = rig_kind.gates.clock_jump_intervals * run.signals.interval_s
     # settled readings without time have gaps of NaN, which exceed nothing
     if exceeds(gaps_s.max(initial=0), allowed_s):
         longest_gap_index = int(np.argmax(gaps_s))
@@ -117,11 +117,11 @@ def clock_jump(run: Run, rig: RigKind) -> RefusalFields:
 
 
 @gate
-def same_channel(run: Run, rig: RigKind) -> RefusalFields:
+def same_channel(run: Run, rig_kind: RigKind) -> RefusalFields:
     """A run without a zero has the same readings in two channels."""
     if run.refusal is None or run.refusal.rule != "zero_missing":
         return
-    for channel, other_channel in combinations(run.rig.channels, 2):
+    for channel, other_channel in combinations(run.rig_kind.channels, 2):
         values = run.signals[channel.column]
         mean_difference = np.mean(np.abs(values - run.signals[other_channel.column]))
         mean_step = np.mean(np.abs(np.diff(values)))
@@ -131,22 +131,24 @@ def same_channel(run: Run, rig: RigKind) -> RefusalFields:
 
 
 @gate
-def never_turns(run: Run, rig: RigKind) -> RefusalFields:
+def never_turns(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The bearing is at standstill from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
     # a speed that is not known does not show that the bearing turns
-    if not fastest_rpm > rig.settings.torque_logs.tare.max_speed_rpm:
+    if not fastest_rpm > rig_kind.settings.torque_logs.tare.max_speed_rpm:
         yield {"fastest": fastest_rpm}
 
 
 @gate
-def held_readings(run: Run, rig: RigKind) -> RefusalFields:
+def held_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations_s = run.plateaus["duration_s"]
-    plateau_s = median(durations_s) if len(durations_s) else rig.plateau_settings.min_duration_s
-    rows_held = rows_per_reading(run.signals[run.rig.sensor.column])
+    plateau_s = (
+        median(durations_s) if len(durations_s) else rig_kind.plateau_settings.min_duration_s
+    )
+    rows_held = rows_per_reading(run.signals[run.rig_kind.sensor.column])
     hold_s = rows_held * run.signals.interval_s
-    fewest_readings = rig.gates.readings_min
+    fewest_readings = rig_kind.gates.readings_min
     if rows_held > 1 and exceeds(fewest_readings * hold_s, plateau_s):
         yield {
             "rows": rows_held,
@@ -158,11 +160,11 @@ def held_readings(run: Run, rig: RigKind) -> RefusalFields:
 
 
 @gate
-def stuck_channel(run: Run, rig: RigKind) -> RefusalFields:
+def stuck_channel(run: Run, rig_kind: RigKind) -> RefusalFields:
     """A signal that shows noise stops moving for part of the run."""
-    for channel in run.rig.channels:
+    for channel in run.rig_kind.channels:
         values = run.turning_signals[channel.column]
-        start, stop = _long_hold(values, run, rig)
+        start, stop = _long_hold(values, run, rig_kind)
         if start == stop:
             continue
         values_outside = np.delete(values, np.s_[start + 1 : stop])
@@ -171,7 +173,7 @@ def stuck_channel(run: Run, rig: RigKind) -> RefusalFields:
         if not (is_noise(readings_outside) and _noise_beside_hold(values, start, stop)):
             continue
         expected_holds = len(values) * repeat_share ** (stop - start)
-        if expected_holds < rig.stuck_settings.chance:
+        if expected_holds < rig_kind.stuck_settings.chance:
             row_range = run.turning_signals.row_range(start, stop - 1)
             yield {"channel": channel, "value": values[start], **row_range}
 
@@ -189,81 +191,89 @@ def _noise_beside_hold(values: FloatArray, start: int, stop: int) -> bool:
     return True
 
 
-def _long_hold(values: FloatArray, run: Run, rig: RigKind) -> tuple[int, int]:
+def _long_hold(values: FloatArray, run: Run, rig_kind: RigKind) -> tuple[int, int]:
     """The longest stretch of one value, as `longest_hold`; empty where it is not suspicious."""
     if len(values) == 0:
         return 0, 0
     start, stop = longest_hold(values)
     duration_s = (stop - start) * run.signals.interval_s
     is_suspicious = (
-        reaches(duration_s, rig.stuck_settings.duration_s)
-        and stop - start >= rig.stuck_settings.samples
+        reaches(duration_s, rig_kind.stuck_settings.duration_s)
+        and stop - start >= rig_kind.stuck_settings.samples
     )
     return (start, stop) if is_suspicious else (0, 0)
 
 
-def _is_sliding(run: Run, rig: TractionRig) -> BoolArray:
+def _is_sliding(run: Run, rig_kind: TractionRig) -> BoolArray:
     """The plateaus at which the sign and the size of the traction can be judged."""
-    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig.gates.sign_slip_min)
+    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig_kind.gates.sign_slip_min)
 
 
-def _median_traction_coefficient(run: Run, rig: TractionRig) -> float:
+def _median_traction_coefficient(run: Run, rig_kind: TractionRig) -> float:
     """Median size of the traction coefficient of the sliding plateaus."""
-    return median(np.abs(run.plateaus["traction_coefficient"][_is_sliding(run, rig)]))
+    return median(np.abs(run.plateaus["traction_coefficient"][_is_sliding(run, rig_kind)]))
 
 
 @gate
-def no_traction(run: Run, rig: TractionRig) -> RefusalFields:
+def no_traction(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    yield from _small_traction(run, rig, rig.gates.sliding_traction_min)
+    yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_min)
 
 
-def _small_traction(run: Run, rig: TractionRig, least: float) -> RefusalFields:
+def _small_traction(run: Run, rig_kind: TractionRig, least: float) -> RefusalFields:
     """A median traction coefficient below a limit, with the units that would explain it."""
-    median_mu = _median_traction_coefficient(run, rig)
+    median_mu = _median_traction_coefficient(run, rig_kind)
 
     def is_usual(unit_n: float) -> bool:
-        return rig.gates.sliding_traction_usual <= median_mu * unit_n <= rig.gates.traction_max
+        return (
+            rig_kind.gates.sliding_traction_usual
+            <= median_mu * unit_n
+            <= rig_kind.gates.traction_max
+        )
 
     if median_mu < least:
         yield {"size": median_mu, "hint": unit_hint("traction force", is_usual)}
 
 
 @gate
-def impossible_traction(run: Run, rig: TractionRig) -> RefusalFields:
+def impossible_traction(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The zero moves, but the traction is too large by more than a zero explains."""
     if run.refusal is None or run.refusal.rule != "zero_drift":
         return
-    median_mu = _median_traction_coefficient(run, rig)
+    median_mu = _median_traction_coefficient(run, rig_kind)
     load_n = median(run.plateaus["load_n"])
-    explained_by_zero = rig.zero_settings.max_drift_n * rig.gates.significant_errors / load_n
-    if median_mu - explained_by_zero > rig.gates.traction_max:
+    explained_by_zero = (
+        rig_kind.zero_settings.max_drift_n * rig_kind.gates.significant_errors / load_n
+    )
+    if median_mu - explained_by_zero > rig_kind.gates.traction_max:
         yield {"size": median_mu, "reason": run.refusal.reason}
 
 
 @gate
-def swapped_sign(run: Run, rig: TractionRig) -> RefusalFields:
+def swapped_sign(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The traction force acts against the slip."""
     along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
-    along_slip_n = along_slip_n[_is_sliding(run, rig)]
+    along_slip_n = along_slip_n[_is_sliding(run, rig_kind)]
     median_n = median(along_slip_n)
-    if median_n < 0 and (along_slip_n < 0).mean() >= rig.gates.sign_share:
+    if median_n < 0 and (along_slip_n < 0).mean() >= rig_kind.gates.sign_share:
         yield {"median": median_n}
 
 
 @gate
-def sign_changes(run: Run, rig: TractionRig) -> RefusalFields:
+def sign_changes(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip = plateaus["slide_roll_ratio"]
     force_n = plateaus["traction_force_n"]
     error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    is_significant = np.abs(force_n) > rig.gates.significant_errors * error_n
-    is_judged = _is_sliding(run, rig) & is_significant
+    is_significant = np.abs(force_n) > rig_kind.gates.significant_errors * error_n
+    is_judged = _is_sliding(run, rig_kind) & is_significant
     is_against = is_judged & (force_n * slip < 0)
     judged_count = is_judged.sum()
     against_count = is_against.sum()
-    fewest_plateaus = max(rig.gates.faulty_plateaus_min, (1 - rig.gates.sign_share) * judged_count)
+    fewest_plateaus = max(
+        rig_kind.gates.faulty_plateaus_min, (1 - rig_kind.gates.sign_share) * judged_count
+    )
     # so many plateaus must have either sign
     if reaches(against_count, fewest_plateaus) and reaches(
         judged_count - fewest_plateaus, against_count
@@ -278,7 +288,7 @@ def sign_changes(run: Run, rig: TractionRig) -> RefusalFields:
 
 
 def _branches_in_direction(
-    run: Run, rig: TractionRig, direction: int
+    run: Run, rig_kind: TractionRig, direction: int
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Rising slips and traction coefficients of each branch of a sweep, in one direction of slip.
 
@@ -290,7 +300,7 @@ def _branches_in_direction(
     is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
     slip = slip[is_judged]
     mu = mu[is_judged]
-    fewest_plateaus = rig.gates.branch_points
+    fewest_plateaus = rig_kind.gates.branch_points
     slices_of_branches = [slice(None)]
     if len(slip) >= 2 * fewest_plateaus:
         extreme_index = np.array([np.argmax(slip), np.argmin(slip)])
@@ -306,9 +316,9 @@ def _branches_in_direction(
 
 
 @gate
-def saturated(run: Run, rig: RigKind) -> RefusalFields:
+def saturated(run: Run, rig_kind: RigKind) -> RefusalFields:
     """A sensor is at the end of its range for part of the run."""
-    for channel in (run.rig.sensor, run.rig.channels[0]):
+    for channel in (run.rig_kind.sensor, run.rig_kind.channels[0]):
         values = run.turning_signals[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             index_at_extreme = np.flatnonzero(values == extreme)
@@ -318,10 +328,10 @@ def saturated(run: Run, rig: RigKind) -> RefusalFields:
             rows_from_first_to_end = len(is_at_extreme) - np.argmax(is_at_extreme)
             is_stuck = np.count_nonzero(is_at_extreme) == rows_from_first_to_end
             if (
-                len(index_at_extreme) >= rig.stuck_settings.samples
-                and share > rig.gates.saturated_share
+                len(index_at_extreme) >= rig_kind.stuck_settings.samples
+                and share > rig_kind.gates.saturated_share
                 and not is_stuck
-                and _piled_up(values, extreme, rig.gates.piled_up_factor)
+                and _piled_up(values, extreme, rig_kind.gates.piled_up_factor)
                 and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
                 row_range = run.turning_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
@@ -342,10 +352,10 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 
 @gate
-def stuck_sensor(run: Run, rig: RigKind) -> RefusalFields:
+def stuck_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The sensor gives exactly the same reading again and again."""
-    values = run.turning_signals[run.rig.sensor.column]
-    start, stop = _long_hold(values, run, rig)
+    values = run.turning_signals[run.rig_kind.sensor.column]
+    start, stop = _long_hold(values, run, rig_kind)
     if start == stop:
         return
     different_values = np.unique(values)
@@ -357,28 +367,28 @@ def stuck_sensor(run: Run, rig: RigKind) -> RefusalFields:
 
 
 @gate
-def temperature_drift(run: Run, rig: TractionRig) -> RefusalFields:
+def temperature_drift(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The inlet temperature differs between the plateaus of one run."""
     temperature_c = run.plateaus["inlet_temperature_c"]
     least_c = np.fmin.reduce(temperature_c, initial=np.inf)
     most_c = np.fmax.reduce(temperature_c, initial=-np.inf)
-    if exceeds(most_c - least_c, rig.gates.temperature_drift_max_c):
+    if exceeds(most_c - least_c, rig_kind.gates.temperature_drift_max_c):
         yield {"least": least_c, "most": most_c}
 
 
 @gate
-def two_conditions(run: Run, rig: TractionRig) -> RefusalFields:
+def two_conditions(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The plateaus have two loads or two speeds, each in several of them."""
-    limits = rig.settings.same_condition
+    limits = rig_kind.settings.same_condition
     speed = Channel("entrainment_speed_m_s", "speed", "m/s")
     for channel, range_of_level in (
-        (rig.channels[0], limits.load),
+        (rig_kind.channels[0], limits.load),
         (speed, limits.entrainment_speed),
     ):
         # a load that changes within a plateau is neither
-        is_held = ~(np.abs(run.plateaus["load_change"]) > rig.gates.load_change_max)
+        is_held = ~(np.abs(run.plateaus["load_change"]) > rig_kind.gates.load_change_max)
         values = np.where(is_held, run.plateaus[channel.column], np.nan)
-        limit = _limit_between_levels(values, range_of_level, rig.gates.faulty_plateaus_min)
+        limit = _limit_between_levels(values, range_of_level, rig_kind.gates.faulty_plateaus_min)
         if np.isnan(limit):
             continue
         is_high = values > limit
@@ -420,16 +430,16 @@ def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plat
 
 
 @gate
-def branches_differ(run: Run, rig: TractionRig) -> RefusalFields:
+def branches_differ(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of rising and falling slip do not agree."""
-    differences, _ = _branch_differences(run, rig)
+    differences, _ = _branch_differences(run, rig_kind)
     # the median, because other gates judge single wild points
     median_difference = median(np.abs(differences))
-    if median_difference > rig.gates.branch_difference_max:
+    if median_difference > rig_kind.gates.branch_difference_max:
         yield {"difference": median_difference, "points": len(differences)}
 
 
-def _branch_differences(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatArray]:
+def _branch_differences(run: Run, rig_kind: TractionRig) -> tuple[FloatArray, FloatArray]:
     """Differences of mu between the two branches of a sweep, and mu, both of shape (slips,).
 
     Only the slips that both branches reach are compared. Both arrays are empty where the sweep has
@@ -438,29 +448,29 @@ def _branch_differences(run: Run, rig: TractionRig) -> tuple[FloatArray, FloatAr
     differences = [np.empty(0)]
     compared_mu = [np.empty(0)]
     for direction in (1, -1):
-        branches = _branches_in_direction(run, rig, direction)
+        branches = _branches_in_direction(run, rig_kind, direction)
         if len(branches) == 1:
             continue
         (slip, mu), (back_slip, back_mu) = branches
         lowest = max(slip[0], back_slip[0])
         highest = min(slip[-1], back_slip[-1])
         is_shared = (slip >= lowest) & (slip <= highest)
-        if is_shared.sum() >= rig.gates.branch_points:
+        if is_shared.sum() >= rig_kind.gates.branch_points:
             differences.append(mu[is_shared] - np.interp(slip[is_shared], back_slip, back_mu))
             compared_mu.append(mu[is_shared])
     return np.concatenate(differences), np.concatenate(compared_mu)
 
 
 @gate
-def directions_differ(run: Run, rig: TractionRig) -> RefusalFields:
+def directions_differ(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of positive and negative slip do not have the same size."""
     if run.refusal is not None and run.refusal.rule == "zero_left":
         # which names the cause
         return
     differences, _ = differences_of_directions(run.plateaus)
     median_difference = median(differences)
-    if len(differences) >= rig.gates.branch_points and (
-        abs(median_difference) > rig.gates.branch_difference_max
+    if len(differences) >= rig_kind.gates.branch_points and (
+        abs(median_difference) > rig_kind.gates.branch_difference_max
     ):
         yield {"difference": median_difference, "points": len(differences)}
 
@@ -480,31 +490,31 @@ _FEWEST_CHANGES = 60
 
 
 @WARNINGS.gate
-def little_traction(run: Run, rig: TractionRig) -> RefusalFields:
+def little_traction(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The traction is less than that of usual oils, though not impossible."""
-    yield from _small_traction(run, rig, rig.gates.sliding_traction_usual)
+    yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_usual)
 
 
 @WARNINGS.gate
-def zero_on_trust(run: Run, rig: TractionRig) -> RefusalFields:
+def zero_on_trust(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """Nothing in settled readings shows that their zero was removed."""
-    if _is_settled(run) and not shows_its_zero(run, rig.zero_settings):
+    if _is_settled(run) and not shows_its_zero(run, rig_kind.zero_settings):
         yield {}
 
 
 @WARNINGS.gate
-def drift_not_seen(run: Run, rig: TractionRig) -> RefusalFields:
+def drift_not_seen(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
         (phase_name,) = run.zero_phases
-        allowed_n = rig.zero_settings.max_drift_n
+        allowed_n = rig_kind.zero_settings.max_drift_n
         largest_n = np.nanmax(np.abs(run.plateaus["traction_force_n"]), initial=0.0)
         if largest_n > 0:
             yield {"part": phase_name, "allowed": allowed_n, "share": allowed_n / largest_n}
 
 
 @WARNINGS.gate
-def slip_ramp(run: Run, rig: TractionRig) -> RefusalFields:
+def slip_ramp(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """The slip is a continuous ramp, and the lag of the force was taken off."""
     if run.force_lag is not None:
         lag = run.force_lag
@@ -520,14 +530,14 @@ def slip_ramp(run: Run, rig: TractionRig) -> RefusalFields:
 
 
 @WARNINGS.gate
-def branches_apart(run: Run, rig: TractionRig) -> RefusalFields:
+def branches_apart(run: Run, rig_kind: TractionRig) -> RefusalFields:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
-    differences, mu = _branch_differences(run, rig)
-    is_sliding = np.abs(mu) > rig.gates.sliding_traction_min
+    differences, mu = _branch_differences(run, rig_kind)
+    is_sliding = np.abs(mu) > rig_kind.gates.sliding_traction_min
     median_ratio = median(differences[is_sliding] / mu[is_sliding])
     if (
-        is_sliding.sum() >= rig.gates.branch_points
-        and abs(median_ratio) > rig.gates.branch_ratio_max
+        is_sliding.sum() >= rig_kind.gates.branch_points
+        and abs(median_ratio) > rig_kind.gates.branch_ratio_max
     ):
         yield {"ratio": median_ratio, "points": is_sliding.sum()}
 
@@ -547,28 +557,30 @@ def _noise_of_samples(run: Run) -> FloatArray:
     """
     if _is_settled(run):
         return np.empty(0)
-    readings = run.turning_signals[run.rig.sensor.column]
+    readings = run.turning_signals[run.rig_kind.sensor.column]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
 @WARNINGS.gate
-def noisy_sensor(run: Run, rig: RigKind) -> RefusalFields:
+def noisy_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The readings scatter by a large share of what is measured."""
     noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
-    largest_reading = float(np.nanmax(np.abs(run.plateaus[run.rig.sensor.column]), initial=0.0))
+    largest_reading = float(
+        np.nanmax(np.abs(run.plateaus[run.rig_kind.sensor.column]), initial=0.0)
+    )
     is_long_enough = len(noise_of_sample) >= _FEWEST_CHANGES
-    if is_long_enough and noise > rig.gates.noise_share_max * largest_reading:
+    if is_long_enough and noise > rig_kind.gates.noise_share_max * largest_reading:
         yield {"noise": noise, "share": noise / largest_reading}
 
 
 @WARNINGS.gate
-def soft_saturation(run: Run, rig: RigKind) -> RefusalFields:
+def soft_saturation(run: Run, rig_kind: RigKind) -> RefusalFields:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
         return
-    reading_sizes = np.abs(run.turning_signals[run.rig.sensor.column][1:-1])
+    reading_sizes = np.abs(run.turning_signals[run.rig_kind.sensor.column][1:-1])
     largest_size = np.quantile(reading_sizes, _LARGEST_QUANTILE)
     is_small = reading_sizes < _SMALL_SHARE * largest_size
     is_large = reading_sizes > _LARGE_SHARE * largest_size
@@ -577,13 +589,13 @@ def soft_saturation(run: Run, rig: RigKind) -> RefusalFields:
     small_noise = MAD_TO_SIGMA * median(noise_of_sample[is_small])
     large_noise = MAD_TO_SIGMA * median(noise_of_sample[is_large])
     # sensors have the same noise at any reading, and vibrations add to it
-    is_compressed = large_noise < rig.gates.noise_left_min * small_noise
+    is_compressed = large_noise < rig_kind.gates.noise_left_min * small_noise
     if is_compressed and is_noise(without_repeats(reading_sizes[is_small])):
         yield {"small": small_noise, "large": large_noise}
 
 
 @WARNINGS.gate
-def uneven_clock(run: Run, rig: RigKind) -> RefusalFields:
+def uneven_clock(run: Run, rig_kind: RigKind) -> RefusalFields:
     """Rows have a fixed interval, with a few exceptions: a digit of their time may be wrong.
 
     An earlier gate refuses time stamps that do not increase.
@@ -599,8 +611,8 @@ def uneven_clock(run: Run, rig: RigKind) -> RefusalFields:
     deviation_s = np.where(is_between_neighbours, np.abs(gaps_s - interval_s), 0.0)
     usual_deviation_s = float(np.quantile(deviation_s[is_between_neighbours], _LARGEST_QUANTILE))
     # a logger's hardware keeps its interval, the timer of a program does not
-    scatter_s = rig.gates.clock_scatter_max * interval_s
-    limit_s = max(rig.gates.clock_odd_factor * usual_deviation_s, scatter_s)
+    scatter_s = rig_kind.gates.clock_scatter_max * interval_s
+    limit_s = max(rig_kind.gates.clock_odd_factor * usual_deviation_s, scatter_s)
     odd_index = np.flatnonzero(deviation_s > limit_s)
     if usual_deviation_s <= scatter_s and len(odd_index):
         first_odd = odd_index[0]
