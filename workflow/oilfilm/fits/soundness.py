@@ -22,7 +22,13 @@ from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import condition_level_numbers, fixed_from_text
 from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.interval import CONFIDENCE
-from oilfilm.fits.steady_campaign import NO_CHANGE, MeasuredCampaign, change_columns, runs_in_common
+from oilfilm.fits.steady_campaign import (
+    LABEL_COLUMNS,
+    NO_CHANGE,
+    MeasuredCampaign,
+    change_columns,
+    runs_in_common,
+)
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -150,7 +156,8 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     not stated, the level of the measured mean is used, by the widths of `same_condition`.
     """
     # each set point that is stated is moved to the value of its level, in its unit
-    runs = with_matched_set_points(results.runs, settings).set_index("run_id")
+    stated_set_points = results.table("runs", ["run_id", "oil", "rig", *NOMINAL_COLUMNS])
+    runs = with_matched_set_points(stated_set_points, settings).set_index("run_id")
     columns = ["run_id", "accepted", *_MEASURED]
     # each part has all points of some runs
     means_of_parts = [
@@ -385,7 +392,7 @@ def judged_fits(
             fitted,
             largest_slips,
             settings,
-            runs=results.runs,
+            runs=results.table("runs", LABEL_COLUMNS, oil=oil),
             lack_shown=lack_verdict_by_oil.get(oil) == "shown",
         )
         rows.append({**verdict, "oil": oil, "law": quality_row["law"]})
@@ -408,7 +415,7 @@ def verdict_of_fit(
         fitted: The fit; None where there is none.
         points: Its accepted points, or of each run that with the largest slip.
         settings: `fit`, `surface` and `steadiness`; a fit on arrays has no campaign's `Settings`.
-        runs: Table of runs; without it no groups of runs are known.
+        runs: `LABEL_COLUMNS` of the table of runs; without it no groups of runs are known.
         lack_shown: Whether repeated runs show a lack of fit.
     """
     no_fit = fitted is None or np.isnan(quality_row["rmse"])

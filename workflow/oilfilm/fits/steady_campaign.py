@@ -29,6 +29,7 @@ from oilfilm.surface.steadiness import (
     smallest_changes,
 )
 from oilfilm.surface.surface import Surface
+from oilfilm.tables.set_points import NOMINAL_COLUMNS
 from oilfilm.traction.law import CONDITIONS
 
 # Codes of the causes in the table, by the name of the effect of runs.
@@ -49,7 +50,9 @@ _IN_LOGARITHMS = ("gain", "slip_scale")
 _SAME_ORDER = 0.7
 # Columns of the table of runs whose values runs may have in common.
 _GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
-_NOMINAL = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
+_SET_POINT = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
+# Columns of the table of runs that tell what runs have in common.
+LABEL_COLUMNS = ("run_id", *_GROUP_COLUMNS, "columns", "stated", *NOMINAL_COLUMNS)
 
 
 @dataclass(frozen=True)
@@ -295,7 +298,7 @@ def runs_in_common(
 
     Args:
         run_ids: The runs of the result.
-        runs: Table of runs.
+        runs: `LABEL_COLUMNS` of the table of runs.
         points: Accepted points of an oil.
     """
     names = pd.Index(run_ids)
@@ -315,10 +318,8 @@ def _labelled_runs(
         for entry, runs_with_entry in entries.groupby(entries):
             if entry and len(runs_with_entry) < len(runs):
                 yield f"{label}{entry}", runs_with_entry.index
-    for name, set_points in runs.items():
-        match = _NOMINAL.match(str(name))
-        if match is not None:
-            quantity = match[1].replace("_", " ")
-            yield f"set point of {quantity} stated", runs.loc[set_points.notna(), "run_id"]
+    for column in NOMINAL_COLUMNS:
+        quantity = _SET_POINT.sub(r"\1", column).replace("_", " ")
+        yield f"set point of {quantity} stated", runs.loc[runs[column].notna(), "run_id"]
     largest_slip = points.groupby("run_id")["slide_roll_ratio"].max()
     yield "slip below zero", largest_slip.index[largest_slip <= 0]

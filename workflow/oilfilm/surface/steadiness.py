@@ -218,13 +218,15 @@ def _likeliest_changes_of(
         limits: When a change is named.
     """
     likelihood = effect_likelihood(covariance, effect_name)
-    prior_precision = limits.usual.size_of(effect_name) ** -2
+    profile = _Profile(
+        effect_name,
+        likelihood,
+        prior_precision=limits.usual.size_of(effect_name) ** -2,
+        steady_likelihoods=likelihood.twice_ln_likelihood_of_steady_runs(),
+    )
     is_small_campaign = len(covariance.curves.conditions) <= LARGEST_DENSE
-    profile = _Profile.at_variances(effect_name, likelihood, prior_precision, is_small_campaign)
-    candidates = [
-        profile.likeliest_candidate(patterns) for patterns in pattern_families if patterns.count
-    ]
-    return profile.likeliest_changes([*candidates, *profile.group_candidates()], limits)
+    candidates = profile.candidates(pattern_families, is_small_campaign)
+    return profile.likeliest_changes(candidates, limits)
 
 
 @with_one_blas_thread
@@ -248,12 +250,8 @@ def smallest_changes(
     trend_sizes: dict[str, float] = {}
     step_sizes: dict[str, float] = {}
     for effect_name in EFFECTS:
-        likelihood = effect_likelihood(covariance, effect_name)
-        trend_sizes[effect_name] = _smallest_seen_size(
-            effect_name, likelihood, trend_pattern, limits
-        )
-        step_sizes[effect_name] = _smallest_seen_size(
-            effect_name, likelihood, step_patterns, limits
+        trend_sizes[effect_name], step_sizes[effect_name] = _smallest_seen_sizes(
+            effect_name, covariance, (trend_pattern, step_patterns), limits
         )
     return SmallestChanges(trend_sizes, step_sizes)
 
@@ -273,29 +271,38 @@ def smallest_seen(
         pattern: The pattern, in the order of the curves, shape (curves,).
         limits: `seen_at`, the number of standard deviations of a visible change.
     """
-    likelihood = effect_likelihood(covariance, effect_name)
     single_pattern = GivenPatterns("trend", pattern[:, np.newaxis], ("",))
-    return _smallest_seen_size(
-        effect_name, likelihood, single_pattern, limits or SteadinessLimits()
+    (size,) = _smallest_seen_sizes(
+        effect_name, covariance, (single_pattern,), limits or SteadinessLimits()
     )
+    return size
 
 
-def _smallest_seen_size(
+def _smallest_seen_sizes(
     effect_name: str,
-    likelihood: EffectLikelihood,
-    patterns: GivenPatterns | IntervalPatterns,
+    covariance: CurveCovariance,
+    pattern_families: Sequence[GivenPatterns | IntervalPatterns],
     limits: SteadinessLimits,
-) -> float:
-    """The smallest size at which all patterns would be visible; infinite if one never is."""
-    information = likelihood.information(INDEX_OF_FIT)
-    power = patterns.power(information)
-    # the conditions may take up all of a pattern
-    if not (power.size and np.all(power > 0)):
-        return float("inf")
-    share = _share_of_information(information, power, patterns.squares)
+) -> list[float]:
+    """The smallest size at which all patterns of each family would be visible.
+
+    It is infinite if one of them never is.
+    """
+    information = effect_likelihood(covariance, effect_name).information(INDEX_OF_FIT)
+    random_information = _random_information(information)
     prior_precision = limits.usual.size_of(effect_name) ** -2
-    standard_deviations = np.sqrt(limits.factor_on_score(share) * (power + prior_precision)) / power
-    return limits.seen_at * float(standard_deviations.max())
+    sizes = []
+    for patterns in pattern_families:
+        power = patterns.power(information)
+        # the conditions may take up all of a pattern
+        if not (power.size and np.all(power > 0)):
+            sizes.append(float("inf"))
+            continue
+        share = _share_of_information(power, patterns.squares, random_information)
+        squared_size = limits.factor_on_score(share) * (power + prior_precision)
+        standard_deviations = np.sqrt(squared_size) / power
+        sizes.append(limits.seen_at * float(standard_deviations.max()))
+    return sizes
 
 
 @dataclass(frozen=True)
@@ -315,8 +322,8 @@ class _Candidate:
     label: str
 
 
-class _Likeliest(NamedTuple):
-    """A candidate at the variance under which it is likeliest.
+class _FittedCandidate(NamedTuple):
+    """A candidate with its most likely size, at one variance of the effect.
 
     Attributes:
         twice_ln_likelihood: Twice the logarithm of its likelihood, up to a constant.
@@ -333,47 +340,56 @@ class _Likeliest(NamedTuple):
 class _Profile:
     """Searches for the likeliest changes of one effect.
 
+    What the points say at one variance is the largest array of a large campaign. It is made again
+    where it is needed again, and never kept.
+
     Attributes:
         effect_name: Name of the effect.
         likelihood: Its likelihood.
         prior_precision: Inverse variance of the size of a change, before the data.
         steady_likelihoods: Twice the logarithm of the likelihood without a change at each variance,
             shape (variances,).
-        information_by_variance_index: What the points say at the variances at which patterns are
-            compared, by the index of the variance.
     """
 
     effect_name: str
     likelihood: EffectLikelihood
     prior_precision: float
     steady_likelihoods: FloatArray
-    information_by_variance_index: dict[int, Information]
 
-    @classmethod
-    def at_variances(
-        cls,
-        effect_name: str,
-        likelihood: EffectLikelihood,
-        prior_precision: float,
-        is_small_campaign: bool,
-    ) -> "_Profile":
-        """A profile that compares patterns at all variances if the campaign is small.
+    def candidates(
+        self, pattern_families: Sequence[Patterns], is_small_campaign: bool
+    ) -> list[_Candidate]:
+        """The likeliest pattern of each kind, and the likeliest groups of runs.
 
-        In a large campaign it compares them at the most likely variance of steady runs only.
+        Patterns are compared at all variances if the campaign is small, and in a large campaign at
+        the most likely variance of steady runs only.
+
+        Args:
+            pattern_families: Patterns of each kind.
+            is_small_campaign: Whether the campaign is small.
         """
-        steady_likelihoods = likelihood.twice_ln_likelihood_of_steady_runs()
-        variance_indices = list(range(len(steady_likelihoods)))
+        variance_indices = list(range(len(self.steady_likelihoods)))
         if not is_small_campaign:
-            variance_indices = [int(np.argmax(steady_likelihoods))]
-        informations = {index: likelihood.information(index) for index in variance_indices}
-        return cls(effect_name, likelihood, prior_precision, steady_likelihoods, informations)
+            variance_indices = [int(np.argmax(self.steady_likelihoods))]
+        information_by_variance_index = {
+            index: self.likelihood.information(index) for index in variance_indices
+        }
+        likeliest_patterns = [
+            self._likeliest_pattern(patterns, information_by_variance_index)
+            for patterns in pattern_families
+            if patterns.count
+        ]
+        groups = self._likeliest_groups(list(information_by_variance_index.values()))
+        return [*likeliest_patterns, *groups]
 
-    def likeliest_candidate(self, patterns: Patterns) -> _Candidate:
+    def _likeliest_pattern(
+        self, patterns: Patterns, information_by_variance_index: Mapping[int, Information]
+    ) -> _Candidate:
         """The likeliest pattern of one kind."""
         likelihoods = [
             self.steady_likelihoods[variance_index]
             + patterns.ratios(information, self.prior_precision)
-            for variance_index, information in self.information_by_variance_index.items()
+            for variance_index, information in information_by_variance_index.items()
         ]
         pattern_index = int(first_largest(np.max(likelihoods, axis=0)))
         return _Candidate(
@@ -383,9 +399,8 @@ class _Profile:
             label=patterns.label(pattern_index),
         )
 
-    def group_candidates(self) -> list[_Candidate]:
+    def _likeliest_groups(self, informations: Sequence[Information]) -> list[_Candidate]:
         """The likeliest group of runs at each of some variances."""
-        informations = list(self.information_by_variance_index.values())
         run_count = len(informations[0].pull)
         if run_count < _FEWEST_RUNS_OF_GROUPS:
             return []
@@ -402,83 +417,87 @@ class _Profile:
         return candidates
 
     def likeliest_changes(
-        self, candidates: list[_Candidate], limits: SteadinessLimits
+        self, candidates: Sequence[_Candidate], limits: SteadinessLimits
     ) -> list[Change]:
         """The change by each candidate, at the variance at which it is likeliest."""
-        likeliest = [_Likeliest(-np.inf, np.zeros(1), 1.0)] * len(candidates)
-        for variance_index, steady_likelihood in enumerate(self.steady_likelihoods):
-            information = self.information_by_variance_index.get(variance_index)
-            if information is None:
-                # those of a large campaign are made one by one: together they need too much memory
-                information = self.likelihood.information(variance_index)
-            for candidate_index, candidate in enumerate(candidates):
-                columns = candidate.columns
-                size_precision = columns.T @ information.times(columns)
-                pull = information.pull @ columns
-                size_precision = size_precision + self.prior_precision * np.eye(len(pull))
-                size = np.asarray(np.linalg.solve(size_precision, pull), dtype=float)
-                twice_ln_likelihood = float(steady_likelihood + pull @ size)
-                if twice_ln_likelihood > likeliest[candidate_index].twice_ln_likelihood:
-                    likeliest[candidate_index] = _Likeliest(
-                        twice_ln_likelihood, size, _share_of_pattern(information, columns @ size)
-                    )
+        fits_by_variance = [
+            self._fitted(candidates, variance_index)
+            for variance_index in range(len(self.steady_likelihoods))
+        ]
         changes = []
-        for candidate, (twice_ln_likelihood, size, share) in zip(
-            candidates, likeliest, strict=True
-        ):
-            total_size = float(size[0]) if len(size) == 1 else float(np.linalg.norm(size))
-            pattern = candidate.columns[:, 0]
-            if len(size) > 1 and total_size > 0:
-                pattern = candidate.columns @ size / total_size
-            score = (
-                twice_ln_likelihood
-                - float(self.steady_likelihoods.max())
-                - 2 * candidate.ln_chances
-            )
-            score_factor = float(limits.factor_on_score(np.array(share)))
-            alarm = limits.alarm_of(candidate.kind) * score_factor
-            changes.append(
-                Change(
-                    self.effect_name,
-                    candidate.kind,
-                    pattern,
-                    total_size,
-                    score,
-                    alarm,
-                    candidate.label,
-                )
-            )
+        for candidate, fits in zip(candidates, zip(*fits_by_variance, strict=True), strict=True):
+            likeliest_fit = max(fits, key=lambda fit: fit.twice_ln_likelihood)
+            changes.append(self._change(candidate, likeliest_fit, limits))
         return changes
+
+    def _fitted(
+        self, candidates: Sequence[_Candidate], variance_index: int
+    ) -> list[_FittedCandidate]:
+        """Each candidate with its most likely size at one of the variances."""
+        information = self.likelihood.information(variance_index)
+        random_information = _random_information(information)
+        fits = []
+        for candidate in candidates:
+            columns = candidate.columns
+            pull = information.pull @ columns
+            data_precision = columns.T @ information.times(columns)
+            size_precision = data_precision + self.prior_precision * np.eye(len(pull))
+            size = np.asarray(np.linalg.solve(size_precision, pull), dtype=float)
+            twice_ln_likelihood = float(self.steady_likelihoods[variance_index] + pull @ size)
+            pattern = columns @ size
+            power = size @ data_precision @ size
+            squares = np.sum((pattern - pattern.mean()) ** 2)
+            share = _share_of_information(power, squares, random_information)
+            fits.append(_FittedCandidate(twice_ln_likelihood, size, float(share)))
+        return fits
+
+    def _change(
+        self, candidate: _Candidate, fit: _FittedCandidate, limits: SteadinessLimits
+    ) -> Change:
+        """The change by a candidate."""
+        is_of_two_columns = len(fit.size) > 1
+        total_size = float(np.linalg.norm(fit.size)) if is_of_two_columns else float(fit.size[0])
+        pattern = candidate.columns[:, 0]
+        if is_of_two_columns and total_size > 0:
+            pattern = candidate.columns @ fit.size / total_size
+        steady_likelihood = float(self.steady_likelihoods.max())
+        score = fit.twice_ln_likelihood - steady_likelihood - 2 * candidate.ln_chances
+        score_factor = float(limits.factor_on_score(np.array(fit.share)))
+        return Change(
+            effect_name=self.effect_name,
+            kind=candidate.kind,
+            pattern=pattern,
+            size=total_size,
+            score=score,
+            alarm=limits.alarm_of(candidate.kind) * score_factor,
+            label=candidate.label,
+        )
+
+
+def _random_information(information: Information) -> float:
+    """Mean information on a pattern in a random order of the runs, over its sum of squares."""
+    run_count = len(information.pull)
+    ones = np.ones(run_count)
+    mean_information = ones @ information.times(ones) / run_count
+    return float((np.sum(information.diagonal()) - mean_information) / (run_count - 1))
 
 
 def _share_of_information(
-    information: Information, power: FloatArray, squares: FloatArray
+    power: FloatArray, squares: FloatArray, random_information: float
 ) -> FloatArray:
     """Information on each pattern over its mean in a random order of the runs, shape (patterns,).
 
     It is small where the pattern resembles an effect of the conditions, which the surface takes up.
 
     Args:
-        information: What the points say of the effects.
         power: p' W p of each pattern p, shape (patterns,).
         squares: Sum of squares of each pattern about its mean, shape (patterns,).
+        random_information: As `_random_information` gives it.
     """
-    run_count = len(information.pull)
-    ones = np.ones(run_count)
-    mean_information = ones @ information.times(ones) / run_count
-    random_information = (np.sum(information.diagonal()) - mean_information) / (run_count - 1)
     expected = squares * random_information
-    shares = np.full(len(power), _SMALLEST_SHARE)
+    shares = np.full(np.shape(power), _SMALLEST_SHARE)
     np.divide(power, expected, out=shares, where=expected > 0)
     return np.maximum(shares, _SMALLEST_SHARE)
-
-
-def _share_of_pattern(information: Information, pattern: FloatArray) -> float:
-    """`_share_of_information` of one pattern, shape (curves,)."""
-    power = pattern @ information.times(pattern)
-    squares = np.sum((pattern - pattern.mean()) ** 2)
-    shares = _share_of_information(information, np.array([power]), np.array([squares]))
-    return float(shares[0])
 
 
 def _with_suspects(change: Change, position_in_time: IndexArray) -> Change:
