@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 import oilfilm
 from campaigns import Campaign, printed
-from fit_points import make_points, matrix
+from fit_points import LAW, make_points, matrix
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.predict import prediction
 from oilfilm.fits.conditions import (
@@ -329,3 +329,25 @@ def test_fixed_conditions_survive_the_table() -> None:
     assert fixed_from_text(fixed_to_text(fixed)) == fixed
     with pytest.raises(OilfilmError, match="fixed_conditions holds 'inlet_temperature_c 60 degC'"):
         fixed_from_text("inlet_temperature_c 60 degC")
+
+
+def test_spacings_are_steps_to_the_nearest_of_all_tested_conditions():
+    random = np.random.default_rng(5)
+    lowest, highest = np.array([0.8, 10.0, 30.0]), np.array([1.6, 50.0, 120.0])
+    tested = random.uniform(lowest, highest, (200, 3))
+    asked = random.uniform(0.5 * lowest, 1.5 * highest, (100, 3))
+    asked[0] = tested[7]
+    asked[1, 0] = np.nan
+    coefficients = replace(Coefficients.bare(LAW, printed()["4102"]), tested_conditions=tested)
+    spacings = FittedLaw(LAW, coefficients).spacings(asked)
+
+    def coordinates(conditions):
+        # a temperature in degC may be 0 or below, so it is no logarithm
+        return np.column_stack([np.log(conditions[:, :2]), conditions[:, 2]])
+
+    largest_steps = np.diff(np.sort(coordinates(tested), axis=0), axis=0).max(axis=0)
+    steps_away = np.abs(coordinates(asked)[:, np.newaxis] - coordinates(tested)) / largest_steps
+    expected = steps_away.max(axis=2).min(axis=1)
+    assert spacings[0] == 0
+    assert np.isnan(spacings[1])
+    np.testing.assert_allclose(spacings[2:], expected[2:], rtol=1e-12)

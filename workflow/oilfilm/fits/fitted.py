@@ -704,14 +704,23 @@ class FittedLaw:
             or np.isnan(self.coefficients.constants).any()
         ):
             return np.full(len(conditions), np.nan)
+        # imported where needed: a prediction by printed constants waits for no import of it
+        from scipy.spatial import KDTree  # noqa: PLC0415
+
         values_of_curves, largest_steps = self.lattice
         coordinates = self._coordinates(conditions)
-        distance_to_nearest = np.full(len(coordinates), np.inf)
-        for tested_curve in values_of_curves:
-            steps_away = np.abs(coordinates - tested_curve) / largest_steps
-            distance_to_nearest = np.minimum(
-                distance_to_nearest, steps_away.max(axis=1, initial=0.0)
-            )
+        distance_to_nearest = np.full(len(coordinates), np.nan)
+        is_known = np.isfinite(coordinates).all(axis=1)
+        if not is_known.any() or not np.isfinite(values_of_curves).all():
+            return distance_to_nearest
+        if coordinates.shape[1] == 0:
+            return np.zeros(len(coordinates))
+        # a tree of all curves: points times curves would be quadratic in the size of a campaign
+        tree = KDTree(values_of_curves / largest_steps)
+        _, nearest_curves = tree.query(coordinates[is_known] / largest_steps, p=np.inf)
+        # as a difference in the units of the conditions, which is zero at a tested condition
+        differences = np.abs(coordinates[is_known] - values_of_curves[nearest_curves])
+        distance_to_nearest[is_known] = (differences / largest_steps).max(axis=1)
         return distance_to_nearest
 
     def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
