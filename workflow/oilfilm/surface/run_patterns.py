@@ -31,7 +31,7 @@ _STEPS = 60
 _TINY = 1e-300
 # Number of columns of a root that are summed over patterns at once. All columns at once would take
 # several times the memory of the root.
-_COLUMNS_AT_ONCE = 32
+_COLUMNS_AT_ONCE = 8
 
 
 def _column_blocks(root: FloatArray) -> Iterator[FloatArray]:

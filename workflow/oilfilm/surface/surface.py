@@ -70,7 +70,9 @@ class Prediction:
             factor: `point` or `curve` of `IntervalFactors`.
         """
         log_half = np.where(self.support_codes == 0, factor * self.next_run_sd, np.nan)
-        return self.mu * np.exp(-log_half), self.mu * np.exp(log_half)
+        # where mu is nearly 0, the error of the zero is so many times mu that no limit is known
+        with np.errstate(over="ignore"):
+            return self.mu * np.exp(-log_half), self.mu * np.exp(log_half)
 
 
 @dataclass(frozen=True)
