@@ -5,15 +5,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import scipy.linalg
+import scipy.optimize
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from nights import quick_ones
 from oilfilm.surface import surface as surface_module
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, smooth_covariance
 from oilfilm.surface.reduction import ANOTHER_RIG, box_of, coordinates_at_points, reduced_curves
 from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, objective, priors, size_names
+from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_count
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import PlantedErrors, fitted_law, grid, random_conditions, simulated
@@ -131,16 +133,58 @@ def test_one_of_the_rigs_is_the_mean_of_the_rigs(fitted):
     np.testing.assert_allclose(one_of_them.next_run_sd**2, expected, rtol=1e-9)
 
 
-def test_the_gain_of_another_rig_follows_students_t(fitted):
+def test_the_gain_of_another_rig_is_that_of_three_rigs_and_of_what_was_expected(fitted):
     another = fitted.predict(NEW, NEW_SLIP, ANOTHER_RIG)
     sizes = fitted.covariance.sizes
     without = replace(
         fitted, covariance=replace(fitted.covariance, sizes=replace(sizes, rig_gain=0.0))
     )
     without = replace(without, posterior=fitted.posterior)
-    # Student's t with two degrees of freedom: 4.303 for the 1.960 of a normal distribution
     of_rig = another.next_run_sd**2 - without.predict(NEW, NEW_SLIP).next_run_sd ** 2
-    np.testing.assert_allclose(of_rig, (4.3027 / 1.95996 * sizes.rig_gain) ** 2, rtol=1e-4)
+    # the mean of the three gains belongs to the law: the runs resolve two of them
+    factor = factor_of_another_rig(sizes.rig_gain, 2.0, RunErrorSizes().rig_gain, 0.95)
+    np.testing.assert_allclose(of_rig, (factor * sizes.rig_gain) ** 2, rtol=0.02)
+
+
+def test_a_gain_of_which_nothing_was_known_follows_students_t():
+    nothing_known = LogNormal(0.01, 100.0, 1e-9, 1e5)
+    # quantiles of Student's t with one, two and five degrees of freedom
+    for resolved_rigs, quantile in ((1.0, 12.706), (2.0, 4.3027), (5.0, 2.5706)):
+        factor = factor_of_another_rig(0.02, resolved_rigs, nothing_known, 0.95)
+        assert factor == pytest.approx(quantile / 1.95996, rel=1e-3)
+
+
+def test_a_stated_gain_is_normally_distributed():
+    stated = LogNormal(0.01, 0.001, 1e-4, 0.2)
+    assert factor_of_another_rig(0.01, 0.0, stated, 0.95) == pytest.approx(1, abs=1e-3)
+
+
+@pytest.mark.parametrize("resolved_rigs", [0, 2])
+def test_another_rig_is_inside_as_often_as_claimed(resolved_rigs):
+    before_data = LogNormal(0.01, 0.6, 1e-4, 0.2)
+    random = np.random.default_rng(5)
+    is_inside = []
+    for _ in range(1000):
+        size = 0.01 * np.exp(0.6 * random.standard_normal())
+        sum_of_squares = np.sum((size * random.standard_normal(resolved_rigs)) ** 2)
+
+        def slope(ln_size, sum_of_squares=sum_of_squares):
+            expected = -(ln_size - np.log(0.01)) / 0.6**2
+            return expected - resolved_rigs + sum_of_squares * np.exp(-2 * ln_size)
+
+        most_likely = np.exp(scipy.optimize.brentq(slope, np.log(1e-4), np.log(0.2)))
+        factor = factor_of_another_rig(most_likely, resolved_rigs, before_data, 0.95)
+        half_width = 1.95996 * factor * most_likely
+        is_inside.append(abs(size * random.standard_normal()) < half_width)
+    # three standard deviations of a share of 1 000
+    assert np.mean(is_inside) == pytest.approx(0.95, abs=0.021)
+
+
+@pytest.mark.parametrize("rig_count", [2, 3, 7])
+def test_rigs_of_which_only_the_mean_is_not_known_resolve_all_but_one(rig_count):
+    only_the_mean = np.full((rig_count, rig_count), 1 / rig_count)
+    assert resolved_count(only_the_mean) == pytest.approx(rig_count - 1)
+    assert resolved_count(np.eye(rig_count)) == 0
 
 
 def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted):

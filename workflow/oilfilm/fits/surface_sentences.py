@@ -114,8 +114,8 @@ def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[st
         ]
     if rig_name == ANOTHER:
         return [
-            f"the next run is on another rig: {len(rig_names)} rigs show what rigs differ by, so "
-            f"that its gain follows Student's t with {len(rig_names) - 1} degrees of freedom"
+            f"the next run is on another rig: what rigs differ by is known from {len(rig_names)} "
+            "rigs and from what was expected before the data"
         ]
     return [f"the next run is on the rig {rig_name}"]
 

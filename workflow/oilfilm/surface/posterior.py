@@ -57,15 +57,14 @@ class LeftOut:
         return self.covariance @ self.weights
 
 
-class FreedomOfLaw(NamedTuple):
-    """What the curves say of the constants and bends of the law that are free in a surface.
+class Freedom(NamedTuple):
+    """What the curves say of parameters of which the smooth part is a linear function.
 
-    Each is in units of its standard deviation before the data. The order is that of
-    `oilfilm.surface.reduction.slopes_of_law`.
+    Each is in units of its standard deviation before the data.
 
     Attributes:
-        expected_change: Expected change of each, shape (slopes,).
-        covariance: Covariance of the changes, shape (slopes, slopes).
+        expected_change: Expected change of each, shape (parameters,).
+        covariance: Covariance of the changes, shape (parameters, parameters).
     """
 
     expected_change: FloatArray
@@ -86,8 +85,13 @@ class Posterior(Protocol):
         """Variance at each target, shape (targets,)."""
         ...
 
-    def freedom_of_law(self) -> FreedomOfLaw:
-        """What the curves say of the constants and bends of the law that are free."""
+    def freedom(self, slopes: FloatArray) -> Freedom:
+        """What the curves say of parameters of the smooth part.
+
+        Args:
+            slopes: Derivative of each coordinate by each parameter, in units of its standard
+                deviation before the data, shape (coordinates, parameters).
+        """
         ...
 
     def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
@@ -248,11 +252,10 @@ class DensePosterior:
             block = inverse[np.ix_(coordinate_indices, coordinate_indices)]
             yield LeftOut(coordinate_indices, block, self.weights[coordinate_indices])
 
-    def freedom_of_law(self) -> FreedomOfLaw:
+    def freedom(self, slopes: FloatArray) -> Freedom:
         """See `Posterior`."""
-        slopes = self.covariance.curves.law_slopes
         remaining_covariance = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
-        return FreedomOfLaw(slopes.T @ self.weights, remaining_covariance)
+        return Freedom(slopes.T @ self.weights, remaining_covariance)
 
     @cached_property
     def all_coordinates(self) -> Coordinates:
@@ -379,18 +382,18 @@ class NystromPosterior:
                 )
                 yield LeftOut(coordinate_indices[positions], precision, weights[positions])
 
-    def freedom_of_law(self) -> FreedomOfLaw:
+    def freedom(self, slopes: FloatArray) -> Freedom:
         """See `Posterior`."""
         precision_factor, mean = self.inducing_posterior
-        slopes = self.covariance.curves.law_slopes[self.inducing_indices]
-        features = scipy.linalg.solve_triangular(self.inducing_factor, slopes, lower=True)
+        inducing_slopes = slopes[self.inducing_indices]
+        features = scipy.linalg.solve_triangular(self.inducing_factor, inducing_slopes, lower=True)
         whitened_features = scipy.linalg.solve_triangular(precision_factor, features, lower=True)
         remaining_covariance = (
             np.eye(slopes.shape[1])
             - features.T @ features
             + whitened_features.T @ whitened_features
         )
-        return FreedomOfLaw(features.T @ mean, remaining_covariance)
+        return Freedom(features.T @ mean, remaining_covariance)
 
     def features_by_curve(self) -> Iterator[CurveFeatures]:
         """The features of each curve."""

@@ -205,6 +205,13 @@ class ReducedCurves:
         return all_coordinates.rig_products(all_coordinates)
 
     @property
+    def gains_by_rig(self) -> FloatArray:
+        """Change of each coordinate by a gain of 1 of each rig, shape (coordinates, rigs)."""
+        rig_of_coordinate = self.rig_of_curve[self.curve_of_coordinate]
+        is_of_rig = np.equal.outer(rig_of_coordinate, np.unique(self.rig_of_curve))
+        return self.effects[:, [_GAIN]] * is_of_rig
+
+    @property
     def residual_freedom(self) -> int:
         """Number of points less the number of coordinates."""
         coordinate_count, point_count = self.transposed_vectors.shape
@@ -250,6 +257,10 @@ class ReducedCurves:
     def vectors(self) -> scipy.sparse.csc_array:
         """V of all curves on its diagonal, shape (points, coordinates)."""
         return self.transposed_vectors.T
+
+    def left_by_vectors(self, values: FloatArray) -> FloatArray:
+        """What V leaves of values at the points, shape (points,)."""
+        return np.asarray(values - self.vectors @ (self.transposed_vectors @ values))
 
     def covariance_from_slips(self, slip_covariance: FloatArray) -> FloatArray:
         """Covariance of the coordinates from that of `slips`, shape (coordinates, coordinates)."""

@@ -8,11 +8,10 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy.special
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
-from oilfilm.surface.interval import IntervalFactors, interval_factors, normal_factor
+from oilfilm.surface.effects import EFFECTS, LogMu, LogNormal, RunErrorSizes, effect_design
+from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
@@ -29,6 +28,7 @@ from oilfilm.surface.reduction import (
     slopes_of_law,
 )
 from oilfilm.surface.reml import CAUTIOUS, MISFIT, CurveCovariance, Sizes, most_likely_sizes, priors
+from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_count
 from oilfilm.surface.support import SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
@@ -105,6 +105,7 @@ class Surface:
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
         limits: What an answer must fulfil.
+        rig_gain_before_data: What is known of the gains of rigs before the data.
         converged: Whether both searches for the most likely sizes found a maximum: that for the
             verdict and the cautious one for intervals. If not, the sizes are those of the last
             step.
@@ -118,6 +119,7 @@ class Surface:
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
     limits: SurfaceLimits
+    rig_gain_before_data: LogNormal
     converged: bool
 
     @with_one_blas_thread
@@ -160,8 +162,8 @@ class Surface:
             raise ValueError("a slip is not above 0; at pure rolling mu is 0, without an interval")
         rig_numbers = self._rigs_of_next_run(rig_number)
         another_rig_sd = 0.0
-        if rig_number == ANOTHER_RIG:
-            another_rig_sd = self._rig_inflation() * self.covariance.sizes.rig_gain
+        if rig_number == ANOTHER_RIG and self.covariance.sizes.rig_gain:
+            another_rig_sd = self._gain_of_another_rig_sd
         noise_sd = self.covariance.sizes.noise * self.measurements.noise_ratio_at(slip)
         other_sd = np.hypot(noise_sd, another_rig_sd)
         blocks = [
@@ -256,15 +258,15 @@ class Surface:
             variances.append(self.posterior.variance(on_rig))
         return np.mean(means, axis=0), np.mean(variances, axis=0) + np.var(means, axis=0)
 
-    def _rig_inflation(self) -> float:
-        """Factor on the standard deviation of the gain of another rig: few rigs show its size.
-
-        It is the quantile of Student's t with one degree of freedom less than there are rigs, over
-        that of a normal distribution.
-        """
-        freedom = max(self.measurements.rig_count - 1, 1)
-        share = (1 + self.limits.level) / 2
-        return float(scipy.special.stdtrit(freedom, share)) / normal_factor(self.limits.level)
+    @cached_property
+    def _gain_of_another_rig_sd(self) -> float:
+        """Standard deviation of the gain of another rig: few rigs show how large it may be."""
+        size = self.covariance.sizes.rig_gain
+        slopes = size * self.covariance.curves.gains_by_rig
+        resolved_rigs = resolved_count(self.posterior.freedom(slopes).covariance)
+        return size * factor_of_another_rig(
+            size, resolved_rigs, self.rig_gain_before_data, self.limits.level
+        )
 
     @cached_property
     def interval_factors(self) -> IntervalFactors:
@@ -282,7 +284,7 @@ class Surface:
             law_slopes: Slopes of the law, as `slopes_of_law` has them, shape (points, slopes).
         """
         bound_columns = np.flatnonzero(self.law.is_at_bound())
-        _, remaining_covariance = self.posterior.freedom_of_law()
+        _, remaining_covariance = self.posterior.freedom(self.covariance.curves.law_slopes)
         share_left = np.sqrt(np.diag(remaining_covariance))
         return np.abs(law_slopes[:, bound_columns]) * share_left[bound_columns]
 
@@ -422,6 +424,7 @@ def surface_of_sizes(
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
         limits=limits or SurfaceLimits(),
+        rig_gain_before_data=errors.rig_gain,
         converged=sizes.converged,
     )
 
@@ -499,7 +502,7 @@ def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) ->
         posterior: The departure from the law, without the caution of intervals.
         covariance: Covariance of the curves.
     """
-    change_of_law, remaining_covariance = posterior.freedom_of_law()
+    change_of_law, remaining_covariance = posterior.freedom(covariance.curves.law_slopes)
     free_count = np.count_nonzero(law.is_free)
     constants = law.constants[law.is_free] + CONSTANT_SD * change_of_law[:free_count]
     standard_errors = (
