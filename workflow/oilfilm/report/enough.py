@@ -92,14 +92,14 @@ def names_of_unread_logs(results: CampaignTables) -> set[str]:
     """Names of the logs of which no run could be read; a remark on the run sheet is no refusal."""
     quarantine = results.quarantine
     refused_files = quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"]
-    return set(refused_files) - set(results.runs["file"])
+    return set(refused_files) - set(results.table("runs", ["file"])["file"])
 
 
 def _accepted_runs(
     results: CampaignTables, campaign: Campaign
 ) -> Iterator[tuple[str, _RunCountByOil]]:
     """For each kind of rig: the name of its runs, and the number of accepted and of all, by oil."""
-    runs = results.runs
+    runs = results.table("runs", ["oil", "verdict"])
     traction_runs = pd.DataFrame(
         {"oil": runs["oil"], "accepted": runs["verdict"] == "accepted"}, index=runs.index
     )

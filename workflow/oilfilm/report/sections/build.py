@@ -42,6 +42,7 @@ from oilfilm.report.names import CONDITION_TEXTS, gate_in_words, law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
+from oilfilm.tables.set_points import NOMINAL_COLUMNS
 from oilfilm.torque.answers import CAUSES, range_text, what_to_measure, with_interval
 from oilfilm.torque.best_oil import NOT_KNOWN
 from oilfilm.torque.operating_grid import AXES
@@ -101,7 +102,8 @@ def fits_section(results: CampaignTables) -> Section:
 def _surface_sentences(results: CampaignTables, oil: str, verdict: Mapping[str, Any]) -> list[str]:
     """Sentences on what the surface of an oil says, and on what its interval leaves out."""
     sentences = surface_sentences(results, oil, verdict)
-    spin_text = spin_sentence(results.runs, oil)
+    runs = results.table("runs", ["oil", "rig", "verdict", "warning"])
+    spin_text = spin_sentence(runs, oil)
     return [*sentences, spin_text] if sentences and spin_text else sentences
 
 
@@ -184,10 +186,11 @@ def answer_section(results: CampaignTables, settings: Settings) -> Section:
     soundness_by_oil = {
         row["oil"]: _soundness_in_words(row) for row in tables.rows(results.soundness)
     }
-    is_accepted = results.runs["verdict"] == "accepted"
+    runs = results.table("runs", ["oil", "verdict"])
+    is_accepted = runs["verdict"] == "accepted"
     accepted_text_by_oil = {
         oil: f"{accepted_of_oil.sum()} of {len(accepted_of_oil)}"
-        for oil, accepted_of_oil in is_accepted.groupby(results.runs["oil"])
+        for oil, accepted_of_oil in is_accepted.groupby(runs["oil"])
     }
     oils = results.configured.fit_quality["oil"]
     unknown_mu = _PredictedMu(np.nan, "not known")
@@ -397,6 +400,7 @@ def data_section(results: CampaignTables, settings: Settings) -> Section:
     facts_on_data = facts(
         "report/sections/data.jinja",
         results=results,
+        runs=results.table("runs", ["verdict", "file", "samples"]),
         points=point_counts,
         settings=settings,
         unread=len(names_of_unread_logs(results)),
@@ -411,12 +415,12 @@ def data_section(results: CampaignTables, settings: Settings) -> Section:
 
 def refused_section(results: CampaignTables, settings: Settings) -> Section:
     """What was refused: counts by gate, and the first case of each gate in words."""
-    runs = results.runs
+    rules = results.table("runs", ["verdict", "rule"]).query("verdict == 'refused'")["rule"]
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARKS)]
     facts_on_refusals = facts(
         "report/sections/refused.jinja",
-        verdicts=_count_by_gate(runs[runs["verdict"] == "refused"]["rule"].value_counts()),
+        verdicts=_count_by_gate(rules.value_counts()),
         unread=_count_by_gate(_rules_of_unread_logs(results).value_counts()),
         points=(~results.table("points", ["accepted"])["accepted"]).sum(),
         cases=first_cases(results.quarantine),
@@ -661,6 +665,10 @@ def _error_table(torque: pd.DataFrame) -> ShownTable:
     return show_table(errors, "torque")
 
 
+# Columns of the table of runs that the list of runs shows.
+_RUN_LIST_COLUMNS = ("run_id", "oil", "rig", *NOMINAL_COLUMNS, "verdict", "rule", "warning")
+
+
 def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     """One row per run with its conditions and verdict, refused ones first.
 
@@ -670,7 +678,8 @@ def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
         results: Tables `runs`, `points` and `refused_pages`.
         rows_max: Largest number of rows that are shown.
     """
-    runs = results.runs.assign(refused=results.runs["verdict"] != "accepted")
+    runs = results.table("runs", _RUN_LIST_COLUMNS)
+    runs = runs.assign(refused=runs["verdict"] != "accepted")
     runs = runs.sort_values("refused", ascending=False, kind="stable")
     points_of_run = pd.concat(
         part.groupby("run_id")["accepted"].agg(["sum", "size"])
