@@ -23,7 +23,7 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.shape import REFUSED_SIZE, curve_shapes
+from oilfilm.surface.shape import REFUSED_ODDNESS, curve_shapes
 from oilfilm.traction import PAPER_LAW
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
@@ -64,8 +64,8 @@ def trial(
         is_bad[random.permutation(len(conditions))[:bad_count]] = True
         points = damaged(points, np.flatnonzero(is_bad).tolist(), damage)
     start = time.perf_counter()
-    sizes = np.array([shape.size for shape in curve_shapes(points, PAPER_LAW)])
-    is_named, is_refused = sizes > 1, sizes > REFUSED_SIZE
+    oddness = np.array([shape.oddness for shape in curve_shapes(points, PAPER_LAW)])
+    is_named, is_refused = oddness > 1, oddness > REFUSED_ODDNESS
     row: dict[str, object] = {
         "damage": name,
         "truth": truth,
@@ -78,7 +78,7 @@ def trial(
         "good": (~is_bad).sum(),
         "good named": (is_named & ~is_bad).sum(),
         "good refused": (is_refused & ~is_bad).sum(),
-        "largest good": sizes[~is_bad].max(),
+        "largest good": oddness[~is_bad].max(),
         "s": time.perf_counter() - start,
     }
     print(

@@ -11,8 +11,11 @@ import pytest
 import standstill
 from bad_logs import UNITS, good, pcs
 from formats import csv
+from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.cli.dialogue import check_project, open_lines
+from oilfilm.cli.dialogue import FILL_IN, OpenLine, ProjectCheck, check_project, open_lines
+from oilfilm.cli.dialogue import _ask_about_settled_rows as ask_about_settled_rows
+from oilfilm.cli.dialogue import _value_of_answer as value_of_answer
 from oilfilm.cli.init import make_project
 
 # Names in Japanese, but that of the ball, which is Finnish: no list of words has it.
@@ -142,6 +145,50 @@ def test_empty_answer_leaves_a_line_to_fill_in(
     printed = capsys.readouterr().out
     assert "To fill in, because only you can know it: 1" in printed
     assert "Kuula" in printed
+
+
+def test_answers_before_the_end_of_input_are_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    someone = Person({"film_unjudged": REASON, **TRACKS})
+    at_terminal(monkeypatch, someone)
+
+    def answer_until_ctrl_d(prompt: str) -> str:
+        if answer := someone.answer(prompt):
+            return answer
+        raise EOFError
+
+    monkeypatch.setattr("builtins.input", answer_until_ctrl_d)
+    assert main(["init", str(tmp_path / "june"), str(foreign_log(tmp_path))]) == 0
+    assert "To fill in, because only you can know it: 1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("answer", ["[", "a: b: c", "null"])
+def test_an_answer_that_is_no_value_is_refused(answer: str) -> None:
+    line = OpenLine("config/rigs/june.yaml", 3, f"  bench_number: # {FILL_IN}: the number")
+    with pytest.raises(OilfilmError, match="expected a number or a word"):
+        value_of_answer(line, answer, ())
+
+
+def test_a_definition_of_slip_that_is_none_is_refused() -> None:
+    line = OpenLine("config/rigs/june.yaml", 3, f"  slide_roll_ratio: # {FILL_IN}: over_mean")
+    with pytest.raises(OilfilmError, match="over_mean"):
+        value_of_answer(line, "over_everything", ())
+    assert value_of_answer(line, "over_sum", ()) == "over_sum"
+
+
+def test_blank_lines_of_a_run_sheet_are_left_out(tmp_path: Path) -> None:
+    sheet = tmp_path / "data/raw/june/runs.csv"
+    sheet.parent.mkdir(parents=True)
+    sheet.write_text("file,oil\nlog.csv,4102\n\nother.csv,4102\n", encoding="utf-8")
+    refusals = [{"rule": "settled_readings", "reason": ""}]
+    log_file = str(sheet.with_name("log.csv"))
+    check = ProjectCheck(
+        "", [{"file": log_file, "verdict": "refused", "refusals": refusals, "runs": []}]
+    )
+    assert ask_about_settled_rows(tmp_path, "june", check, lambda _: "yes", lambda _: None)
+    lines = sheet.read_text(encoding="utf-8-sig").splitlines()
+    assert lines == ["file,oil,log_kind", "log.csv,4102,steps", "other.csv,4102,"]
 
 
 def test_what_the_check_lacks_is_asked_for_again(

@@ -157,6 +157,15 @@ def test_step_with_a_sweep_of_its_own_is_a_run() -> None:
     assert [run.run_id for run in runs] == ["log:1", "log:2"]
 
 
+def test_steps_without_slip_are_no_runs() -> None:
+    # both bodies run at one speed throughout
+    ball, disc = np.full(ROWS, 8000.0), np.full(ROWS, 2000.0)
+    (run,) = read(
+        csv(blocks("Step", "1", "2"), "# oil: 4102", ball_speed=ball, disc_speed=disc)
+    ).runs
+    assert len(run) == ROWS
+
+
 @pytest.mark.parametrize("format_name", WRITERS)
 def test_restart_of_time_begins_a_run_in_every_format(
     format_name: str, monkeypatch: pytest.MonkeyPatch

@@ -9,7 +9,7 @@ from bad_curves import DAMAGES, Damage, damaged, film_collapse, one_step_high
 from lawless_truths import TRUTHS
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.quick_law import quick_law
-from oilfilm.surface.shape import REFUSED_SIZE, CurveJudge, curve_shapes
+from oilfilm.surface.shape import REFUSED_ODDNESS, CurveJudge, curve_shapes
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import grid, latin, random_conditions, simulated
@@ -44,7 +44,7 @@ def test_corner_where_the_oil_behaves_otherwise_is_not_odd():
             shapes = curve_shapes(
                 simulated(TRUTHS["mix"], conditions, random, slips=slips), PAPER_LAW
             )
-            assert max(shape.size for shape in shapes) < REFUSED_SIZE
+            assert max(shape.oddness for shape in shapes) < REFUSED_ODDNESS
 
 
 @pytest.mark.nightly
@@ -114,9 +114,9 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     curves, noise = covariance.curves, covariance.sizes.noise
     law_log_mu = law.log_mu(ordered.point_conditions, ordered.slip)
     rest = curves.left_by_vectors(1 / ordered.mu)
-    zero_remainder = rest / np.sqrt(np.bincount(ordered.curve_of_point, rest**2))[
-        ordered.curve_of_point
-    ]
+    zero_remainder = (
+        rest / np.sqrt(np.bincount(ordered.curve_of_point, rest**2))[ordered.curve_of_point]
+    )
     judge = CurveJudge(curves, covariance.matrix(), noise, law_log_mu, zero_remainder, 1e-4)
     vectors = curves.vectors.toarray()
     left = np.eye(len(vectors)) - vectors @ vectors.T
@@ -162,7 +162,7 @@ def test_no_curve_is_refused_where_half_of_them_contradict_the_others():
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
     half = damaged(clean, [0, 2, 4, 6, 8, 10], film_collapse)
     shapes = curve_shapes(half, PAPER_LAW)
-    assert max(shape.size for shape in shapes) <= REFUSED_SIZE
+    assert max(shape.oddness for shape in shapes) <= REFUSED_ODDNESS
 
 
 def test_four_curves_cannot_judge_each_other():

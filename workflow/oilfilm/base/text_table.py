@@ -29,17 +29,22 @@ def text_table(rows: Sequence[Row], *, right_aligned_count: int = 0, indent: str
 
 
 def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
-    """Lines of a Markdown table with aligned columns; empty without rows.
+    r"""Lines of a Markdown table with aligned columns; empty without rows.
+
+    A bar in a cell is escaped, because a bar begins the next cell.
 
     Examples:
         >>> print(*markdown_table(["oil", "points"], [["4102", "70"]]), sep=chr(10))
         | oil  | points |
         |------|--------|
         | 4102 | 70     |
+        >>> print(markdown_table(["oil"], [["A|B"]])[2])
+        | A\|B |
     """
     if not rows:
         return []
-    padded_rows = _padded([header, *rows], right_aligned_count=0)
+    escaped_rows = [[cell.replace("|", r"\|") for cell in row] for row in [header, *rows]]
+    padded_rows = _padded(escaped_rows, right_aligned_count=0)
     lines = [f"| {' | '.join(cells)} |" for cells in padded_rows]
     separator = "|".join("-" * (width_of(cell) + 2) for cell in padded_rows[0])
     lines.insert(1, f"|{separator}|")
@@ -60,11 +65,11 @@ def _padded(rows: Sequence[Row], right_aligned_count: int) -> list[list[str]]:
     """Cells with blanks, so that all cells of a column have one width."""
     padded_rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*padded_rows, strict=True)]
-    first_right_aligned = len(widths) - right_aligned_count
+    first_right_aligned_index = len(widths) - right_aligned_count
     for cells in padded_rows:
         for column_index, width in enumerate(widths):
             blanks = " " * (width - width_of(cells[column_index]))
-            if column_index < first_right_aligned:
+            if column_index < first_right_aligned_index:
                 cells[column_index] = cells[column_index] + blanks
             else:
                 cells[column_index] = blanks + cells[column_index]

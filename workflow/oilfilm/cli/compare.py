@@ -43,11 +43,13 @@ class ComparedFit(NamedTuple):
 
     Attributes:
         origin: Law, campaign and kind of data, in words.
+        is_simulated: Whether the data are simulated.
         measured_oil: The fitted law, and the runs.
         constants: Rows of the table of coefficients.
     """
 
     origin: str
+    is_simulated: bool
     measured_oil: MeasuredOil
     constants: pd.DataFrame
 
@@ -62,9 +64,9 @@ def run(options: argparse.Namespace) -> int:
     slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
-    (_, first_fit), *other_fits = fit_by_name.items()
+    (_, first_fit), *other_items = fit_by_name.items()
     pair_by_name = {
-        name: oil_pair(first_fit.measured_oil, fit.measured_oil) for name, fit in other_fits
+        name: oil_pair(first_fit.measured_oil, fit.measured_oil) for name, fit in other_items
     }
     comparison = side_by_side(law_by_name, conditions, slips, pair_by_name)
     lines = chain(
@@ -77,7 +79,7 @@ def run(options: argparse.Namespace) -> int:
     if options.plot:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
         curves = side_by_side(law_by_name, conditions, drawn_slips, pair_by_name)
-        has_simulated_data = any("simulated" in fit.origin for fit in fit_by_name.values())
+        has_simulated_data = any(fit.is_simulated for fit in fit_by_name.values())
         # imported here, because it needs matplotlib
         from oilfilm.cli.compare_plot import draw  # noqa: PLC0415
 
@@ -109,7 +111,9 @@ def read_fits(folders: Sequence[Path], oil_names: Sequence[str] | None) -> dict[
                     f"{footer['data']} data"
                 )
                 fit_name = printable(f"{folder} {oil_name}")
-                fit_by_name[fit_name] = ComparedFit(origin, measured_oil, constants)
+                fit_by_name[fit_name] = ComparedFit(
+                    origin, "simulated" in footer["data"], measured_oil, constants
+                )
     if len(fit_by_name) < 2:
         other_advice = ", or leave out --oil" if oil_names else ""
         raise OilfilmError(
@@ -175,10 +179,10 @@ def _basis_of_ratio(pair: OilPair) -> str:
             f"{_OBSTACLE_IN_WORDS[pair.ratio_or_obstacle]}. This is the ratio of the two laws. "
             "Its interval takes both as independent and their forms as true, so nothing is certain."
         )
-    level = pair.ratio_or_obstacle.interval_factors.level
+    confidence = pair.ratio_or_obstacle.interval_factors.level
     sentences = [
         f"ratio by the runs at {pair.paired_count} conditions of both oils; they allow an "
-        f"interval of {level:.0%}."
+        f"interval of {confidence:.0%}."
     ]
     if pair.unpaired_count:
         sentences.append(

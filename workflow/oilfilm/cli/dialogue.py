@@ -93,7 +93,7 @@ class ProjectCheck:
         return [log_report for log_report in self.log_reports if log_report["verdict"] == "refused"]
 
     @property
-    def missing_rig_keys(self) -> dict[str, list[str]]:
+    def missing_keys_by_rig(self) -> dict[str, list[str]]:
         """Keys of lengths that the files of rigs lack, by the name of the rig."""
         keys_by_rig: dict[str, dict[str, None]] = {}
         length_keys = [key for key in Rig.model_fields if key.endswith("_m")]
@@ -152,7 +152,9 @@ def outcome_lines(project_check: ProjectCheck, folder: Path) -> Iterator[str]:
         for line in verdict_lines(log_reports[0]):
             yield f"  {line}".replace(f"{folder}/", "")
         if len(log_reports) > 1:
-            yield f"  and {len(log_reports) - 1} more logs for this reason"
+            more_count = len(log_reports) - 1
+            noun = "log" if more_count == 1 else "logs"
+            yield f"  and {more_count} more {noun} for this reason"
     if len(reports_by_rule) > _MAX_SHOWN_REASONS:
         other_count = len(reports_by_rule) - _MAX_SHOWN_REASONS
         yield f"  and {other_count} other reasons: see `oilfilm check`"
@@ -187,25 +189,30 @@ def converse(
     Returns:
         The last check; None where a line was left open, so that nothing could be checked.
     """
+
+    def ask_or_later(question: str) -> str:
+        """The answer of the person; empty where the input has ended."""
+        try:
+            return ask(question)
+        except EOFError:
+            return ""
+
     project_check = None
-    try:
-        for _ in range(_MAX_ROUNDS):
-            lines_to_fill_in = open_lines(folder, file_names)
-            if not lines_to_fill_in and project_check is not None:
-                break
-            answered_lines = [
-                _answered_line(line, column_names, ask, say) for line in lines_to_fill_in
-            ]
-            _write_answers(folder, zip(lines_to_fill_in, answered_lines, strict=True))
-            if open_lines(folder, file_names):
-                return None
+    for _ in range(_MAX_ROUNDS):
+        lines_to_fill_in = open_lines(folder, file_names)
+        if not lines_to_fill_in and project_check is not None:
+            break
+        answered_texts = [
+            _answered_line(line, column_names, ask_or_later, say) for line in lines_to_fill_in
+        ]
+        _write_answers(folder, zip(lines_to_fill_in, answered_texts, strict=True))
+        if open_lines(folder, file_names):
+            return None
+        project_check = check_project(folder, campaign_name)
+        if _ask_about_settled_rows(folder, campaign_name, project_check, ask_or_later, say):
             project_check = check_project(folder, campaign_name)
-            if _ask_about_settled_rows(folder, campaign_name, project_check, ask, say):
-                project_check = check_project(folder, campaign_name)
-            for rig_name, keys in project_check.missing_rig_keys.items():
-                _add_to_rig(folder / f"config/rigs/{rig_name}.yaml", keys)
-    except EOFError:
-        return None
+        for rig_name, keys in project_check.missing_keys_by_rig.items():
+            _add_to_rig(folder / f"config/rigs/{rig_name}.yaml", keys)
     return None if open_lines(folder, file_names) else project_check
 
 
@@ -217,10 +224,10 @@ def _ask_about_settled_rows(
     Returns:
         Whether the run sheet has changed.
     """
-    raw_folder = folder / "data/raw" / campaign_name
-    sheet_file = raw_folder / "runs.csv"
+    logs_folder = folder / "data/raw" / campaign_name
+    sheet_file = logs_folder / "runs.csv"
     settled_log_names = {
-        Path(log_report["file"]).relative_to(raw_folder).as_posix()
+        Path(log_report["file"]).relative_to(logs_folder).as_posix()
         for log_report in project_check.refused_reports
         if _most_frequent_rule(log_report) == "settled_readings"
     }
@@ -244,7 +251,7 @@ def _ask_about_settled_rows(
     writer = csv.writer(new_sheet, delimiter=separator, lineterminator="\n")
     writer.writerow([*header, "log_kind"])
     writer.writerows(
-        [*row, "steps" if row[file_column] in settled_log_names else ""] for row in rows
+        [*row, "steps" if row[file_column] in settled_log_names else ""] for row in rows if row
     )
     write_text(f"\ufeff{new_sheet.getvalue()}", sheet_file)
     return True
@@ -298,8 +305,8 @@ def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -
     """
     if line.key == "film_unjudged":
         return {"accept": True, "reason": answer}
-    if line.key == "zero":
-        _refuse_mistake(first_mistake({"zero": answer}, Semantics))
+    if line.key in ("zero", "slide_roll_ratio"):
+        _refuse_mistake(first_mistake({line.key: answer}, Semantics))
         return answer
     if line.key.endswith("_m"):
         length_m = quantity(answer, "m", line.key)
@@ -320,7 +327,22 @@ def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -
         return {**line.value, "unit": answer}
     if isinstance(line.value, dict) and "name" in line.value:
         return _column_of_answer(line.key, answer, column_names)
-    return yaml.safe_load(answer)
+    return _plain_value(answer)
+
+
+def _plain_value(answer: str) -> Any:
+    """The answer as YAML.
+
+    Raises:
+        OilfilmError: It is no YAML, or nothing.
+    """
+    try:
+        value = yaml.safe_load(answer)
+    except yaml.YAMLError:
+        value = None
+    if value is None:
+        raise OilfilmError(f"found {answer!r}; expected a number or a word.")
+    return value
 
 
 def _refuse_mistake(mistake: str) -> None:

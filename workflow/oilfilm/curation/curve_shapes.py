@@ -18,7 +18,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.logs.base import Refusal
 from oilfilm.surface.measurements import Measurements, scaled_slip
-from oilfilm.surface.shape import FEWEST_CURVES, REFUSED_SIZE, CurveShape, curve_shapes
+from oilfilm.surface.shape import FEWEST_CURVES, REFUSED_ODDNESS, CurveShape, curve_shapes
 from oilfilm.traction import PAPER_LAW
 
 _CONDITION_COLUMNS = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
@@ -137,14 +137,14 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
             refusal = _refusal_of_shape(
                 run_id, shape, points.iloc[shape.point_index], len(run_ids) - 1
             )
-            # `size` is the deviation over its limits: odd above 1, refused above `REFUSED_SIZE`
-            if shape.size > REFUSED_SIZE:
+            # the deviation over its limits: odd above 1
+            if shape.oddness > REFUSED_ODDNESS:
                 verdicts.refusals.append(refusal)
             else:
                 verdicts.warnings.append((run_id, f"unusual_shape: {refusal.reason}"))
-        # `smallest_seen` is a change of ln mu at a typical point
-        elif np.exp(shape.smallest_seen) > _LARGEST_UNSEEN_FACTOR:
-            seen = np.expm1(shape.smallest_seen)
+        # `smallest_visible_change` is a change of ln mu at a typical point
+        elif np.exp(shape.smallest_visible_change) > _LARGEST_UNSEEN_FACTOR:
+            seen = np.expm1(shape.smallest_visible_change)
             sentence = sentence_named("shape_not_judged", seen=seen, spread=shape.usual_spread)
             verdicts.warnings.append((run_id, sentence))
             verdicts.unjudged_ids.add(run_id)
@@ -164,7 +164,7 @@ def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: 
         # at this point; `usual_spread` is its median over the curve
         spread=shape.spread,
         others=others,
-        size=shape.size,
+        size=shape.oddness,
     )
 
 

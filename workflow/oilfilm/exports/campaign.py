@@ -132,7 +132,7 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
     cell_of_name |= _add_constants(sheet, description)
     _add_row(sheet, None)
     _add_row(sheet, "Steps", font=_BOLD)
-    spreadsheet_language = Language(_SPREADSHEET_FORMS, identifier=lambda name: cell_of_name[name])
+    spreadsheet_language = Language(_SPREADSHEET_FORMS, write_name=lambda name: cell_of_name[name])
     for name, expression_of_step in description.steps(constants_by_name=True):
         step_row = _add_row(sheet, name, f"={spreadsheet_language.write(expression_of_step)}")
         cell_of_name[name] = f"$B${step_row}"

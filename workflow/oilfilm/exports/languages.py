@@ -123,7 +123,7 @@ class TargetLanguage:
             f"{description.limiting_stress_ratio:g}, the oil's limiting shear stress over the "
             "pressure",
             steps=[
-                (self.language.identifier(name), self._wrapped(self.language.write(value)))
+                (self.language.write_name(name), self._wrapped(self.language.write(value)))
                 for name, value in steps
             ],
             needs=lambda *names: not used_functions.isdisjoint(names),
@@ -162,7 +162,7 @@ class TargetLanguage:
 
     def _number(self, value: float | None) -> str:
         """A number as the language writes it; the text `None` where it is unknown."""
-        return repr(value) if value is None else self.language.numeral(value)
+        return repr(value) if value is None else self.language.write_number(value)
 
 
 def _result_sentence(description: Description, no_value: str) -> str:
@@ -183,7 +183,7 @@ C_LANGUAGE = TargetLanguage("c.h", Language({"**": Form("pow({}, {})"), "abs": F
 FORTRAN = TargetLanguage(
     "fortran.f90",
     Language(
-        {"sign": Form("sign(1.0_dp, {})")}, numeral="{!r}_dp".format, identifier=_fortran_name
+        {"sign": Form("sign(1.0_dp, {})")}, write_number="{!r}_dp".format, write_name=_fortran_name
     ),
     " &\n        ",
 )
@@ -199,7 +199,7 @@ MATLAB = TargetLanguage(
     " ...\n    ",
 )
 MODELICA = TargetLanguage(
-    "modelica.mo", Language({"**": Form("{} ^ {}", 4, (5, 5))}, identifier=_modelica_name)
+    "modelica.mo", Language({"**": Form("{} ^ {}", 4, (5, 5))}, write_name=_modelica_name)
 )
 PYTHON = TargetLanguage(
     "python.py",

@@ -17,7 +17,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 # Beginning of the warning that a rig spins.
 _RIG_SPIN = "rig_spin:"
 # Meaning of each name in the column `usual_errors`.
-_ERRORS = {
+_WORDS_BY_ERROR_NAME = {
     "gain": "traction force",
     "zero": "zero of the force",
     "slip_scale": "slip",
@@ -84,9 +84,13 @@ def spin_sentence(runs: pd.DataFrame, oil: str) -> str:
         runs: Table of runs, of all oils.
         oil: Name of the oil.
     """
-    spins = runs["warning"].map(lambda warnings: any(w.startswith(_RIG_SPIN) for w in warnings))
+    has_spin_warning = runs["warning"].map(
+        lambda warnings: any(w.startswith(_RIG_SPIN) for w in warnings)
+    )
     runs_of_oil = runs[(runs["oil"] == oil) & (runs["verdict"] == "accepted")]
-    rig_names = sorted(set(runs.loc[spins.astype(bool), "rig"]) & set(runs_of_oil["rig"]))
+    rig_names = sorted(
+        set(runs.loc[has_spin_warning.astype(bool), "rig"]) & set(runs_of_oil["rig"])
+    )
     if not rig_names:
         return ""
     return (
@@ -146,17 +150,19 @@ def end_of_search(converged: bool) -> str:
 
 def _errors_of_constants(results: CampaignTables, oil: str) -> str:
     """The errors of constants by the surface, beside those of the fit."""
-    by_surface = results.surface_constants
-    by_surface = by_surface[by_surface["oil"] == oil].set_index("constant")
-    law = by_surface["law"].iloc[0]
-    if by_surface["standard_error"].isna().all():
+    constants_of_surface = results.surface_constants
+    constants_of_surface = constants_of_surface[constants_of_surface["oil"] == oil].set_index(
+        "constant"
+    )
+    law = constants_of_surface["law"].iloc[0]
+    if constants_of_surface["standard_error"].isna().all():
         return (
             f"The surface gives no errors of the constants of {law}: the law departs too far from "
             "the measurements."
         )
     fits = results.coefficients
     constants_of_fit = fits[(fits["oil"] == oil) & (fits["law"] == law)].set_index("constant")
-    ratio = (by_surface["standard_error"] / constants_of_fit["standard_error"]).dropna()
+    ratio = (constants_of_surface["standard_error"] / constants_of_fit["standard_error"]).dropna()
     if ratio.empty:
         return ""
     return (
@@ -169,7 +175,7 @@ def _assumed_errors(usual_error_names: list[str]) -> str:
     """Which errors between runs the files of rigs do not state."""
     if not usual_error_names:
         return ""
-    names = ", ".join(_ERRORS[error_name] for error_name in usual_error_names)
+    names = ", ".join(_WORDS_BY_ERROR_NAME[error_name] for error_name in usual_error_names)
     keys = "errors_between_runs"
     if "rig_gain" in usual_error_names:
         keys += "; calibration for the difference of rigs"

@@ -72,8 +72,8 @@ def runs_in_table(
     if table.columns or table.problem or table.row_count == 0:
         return [table]
     meanings = vocabulary.meanings(table.names, table.units)
-    labels = _label_columns(table, meanings, settings)
-    tables_of_labels = _tables_by_label(table, labels)
+    label_columns = _label_columns(table, meanings, settings)
+    tables_of_labels = _tables_by_label(table, label_columns)
     run_tables = [
         run_table
         for table_of_labels in tables_of_labels
@@ -91,9 +91,9 @@ def _label_columns(
     table: LoggedTable, meanings: Meanings, settings: Settings
 ) -> list[_LabelColumn]:
     """The columns that name runs: those of runs and steps first, then of rigs and oils."""
-    labels: list[_LabelColumn] = []
+    label_columns: list[_LabelColumn] = []
     if table.read_texts is None:
-        return labels
+        return label_columns
     key_by_listed_name = header.key_by_listed_name(settings)
     has_number: BoolArray | None = None
     for index, name in enumerate(table.names):
@@ -104,11 +104,15 @@ def _label_columns(
             continue
         if has_number is None:
             has_number = _has_number(table, meanings)
-        label = _label_column(label_kind, key, table.read_texts(index), has_number)
-        if _names_runs(label) and (label_kind != "step" or _steps_sweep(table, meanings, label)):
-            labels.append(label)
+        label_column = _label_column(label_kind, key, table.read_texts(index), has_number)
+        if _is_naming_runs(label_column) and (
+            label_kind != "step" or _is_sweep_in_each_step(table, meanings, label_column)
+        ):
+            label_columns.append(label_column)
     label_kinds = ("run", "step", "rig", "oil")
-    return sorted(labels, key=lambda label: label_kinds.index(label.label_kind))
+    return sorted(
+        label_columns, key=lambda label_column: label_kinds.index(label_column.label_kind)
+    )
 
 
 def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
@@ -145,18 +149,18 @@ def _label_column(label_kind: str, key: str, texts: Texts, has_number: BoolArray
     return _LabelColumn(label_kind, key, list(names), name_index_of_row.astype(np.int64))
 
 
-def _names_runs(label: _LabelColumn) -> bool:
-    """Whether the texts of a label name runs: no numbers with decimals, no flag, no counter."""
-    if any(_has_decimals(name) for name in label.names):
+def _is_naming_runs(label_column: _LabelColumn) -> bool:
+    """Whether the texts of a column name runs: no numbers with decimals, no flag, no counter."""
+    if any(_has_decimals(name) for name in label_column.names):
         return False
-    if label.label_kind in ("oil", "rig"):
-        return any(label.names)
-    if len(label.names) < 2 or set(label.names) <= {"0", "1"}:
+    if label_column.label_kind in ("oil", "rig"):
+        return any(label_column.names)
+    if len(label_column.names) < 2 or set(label_column.names) <= {"0", "1"}:
         return False
     # a run is one stretch of rows, and longer than a fault
-    starts = np.flatnonzero(np.diff(label.name_index_of_row, prepend=-1))
-    lengths = np.diff(np.append(starts, len(label.name_index_of_row)))
-    return len(starts) == len(label.names) and int(lengths.min()) >= _FEWEST_ROWS
+    starts = np.flatnonzero(np.diff(label_column.name_index_of_row, prepend=-1))
+    lengths = np.diff(np.append(starts, len(label_column.name_index_of_row)))
+    return len(starts) == len(label_column.names) and int(lengths.min()) >= _FEWEST_ROWS
 
 
 def _has_decimals(text: str) -> bool:
@@ -166,7 +170,9 @@ def _has_decimals(text: str) -> bool:
         return False
 
 
-def _steps_sweep(table: LoggedTable, meanings: Meanings, label: _LabelColumn) -> bool:
+def _is_sweep_in_each_step(
+    table: LoggedTable, meanings: Meanings, label_column: _LabelColumn
+) -> bool:
     """Whether the slip of each step covers a good share of the range of all steps."""
     slip = _slip_or_log_speed_ratio(table, meanings)
     if slip is None:
@@ -175,8 +181,10 @@ def _steps_sweep(table: LoggedTable, meanings: Meanings, label: _LabelColumn) ->
     if not is_finite.any():
         return False
     whole_range = np.ptp(slip[is_finite])
-    for name_index in range(len(label.names)):
-        slip_of_step = slip[(label.name_index_of_row == name_index) & is_finite]
+    if whole_range == 0:
+        return False
+    for name_index in range(len(label_column.names)):
+        slip_of_step = slip[(label_column.name_index_of_row == name_index) & is_finite]
         if len(slip_of_step) < _FEWEST_ROWS or np.ptp(slip_of_step) < _SHARE_OF_SWEEP * whole_range:
             return False
     return True
@@ -185,7 +193,7 @@ def _steps_sweep(table: LoggedTable, meanings: Meanings, label: _LabelColumn) ->
 def _slip_or_log_speed_ratio(table: LoggedTable, meanings: Meanings) -> FloatArray | None:
     """The slide-roll ratio as logged, or the logarithm of the ratio of both speeds; shape (rows,).
 
-    Units and radii change neither the share of a range.
+    Units and radii do not change the share of a range.
     """
     index_by_quantity = {quantity: index for index, (quantity, _) in meanings.items()}
     if "slide_roll_ratio" in index_by_quantity:
@@ -202,20 +210,25 @@ def _slip_or_log_speed_ratio(table: LoggedTable, meanings: Meanings) -> FloatArr
         return np.asarray(np.log(np.abs(disc / ball)))
 
 
-def _tables_by_label(table: LoggedTable, labels: Sequence[_LabelColumn]) -> list[LoggedTable]:
+def _tables_by_label(
+    table: LoggedTable, label_columns: Sequence[_LabelColumn]
+) -> list[LoggedTable]:
     """A table for each combination of labels, in the order of their first rows."""
-    if not labels:
+    if not label_columns:
         return [table.with_name("")]
-    index_of_names = pd.MultiIndex.from_arrays([label.name_index_of_row for label in labels])
-    combination_of_row, combinations = pd.factorize(index_of_names)
+    name_indices_of_row = pd.MultiIndex.from_arrays(
+        [label_column.name_index_of_row for label_column in label_columns]
+    )
+    combination_of_row, combinations = pd.factorize(name_indices_of_row)
     texts_of_combinations = [
         tuple(
-            label.names[name_index] for label, name_index in zip(labels, combination, strict=True)
+            label_column.names[name_index]
+            for label_column, name_index in zip(label_columns, combination, strict=True)
         )
         for combination in combinations
     ]
     if len(texts_of_combinations) > _MOST_RUNS:
-        keys_in_words = ", ".join(repr(label.key) for label in labels)
+        keys_in_words = ", ".join(repr(label_column.key) for label_column in label_columns)
         reason = (
             f"the columns {keys_in_words} name {len(texts_of_combinations)} runs; expected at most "
             f"{_MOST_RUNS}"
@@ -230,11 +243,13 @@ def _tables_by_label(table: LoggedTable, labels: Sequence[_LabelColumn]) -> list
     tables_of_parts: list[LoggedTable] = []
     for texts, row_index in zip(texts_of_combinations, row_indices_of_parts, strict=True):
         keys = dict(table.keys)
-        for label, text in zip(labels, texts, strict=True):
+        for label_column, text in zip(label_columns, texts, strict=True):
             # the name of a run in its file need not differ from those of other files
-            if label.label_kind in ("oil", "rig") and text:
-                stated = keys.get(label.label_kind) or _stated_oil(label, keys) or text
-                keys[label.label_kind] = _joined_texts(stated, text)
+            if label_column.label_kind in ("oil", "rig") and text:
+                stated = (
+                    keys.get(label_column.label_kind) or _stated_oil(label_column, keys) or text
+                )
+                keys[label_column.label_kind] = _joined_texts(stated, text)
         tables_of_parts.append(
             table.select_rows(row_index, " ".join(texts[:label_count_in_name]), keys)
         )
@@ -242,7 +257,7 @@ def _tables_by_label(table: LoggedTable, labels: Sequence[_LabelColumn]) -> list
 
 
 def _label_count_that_tells_apart(combinations: Sequence[tuple[str, ...]]) -> int:
-    """Number of first labels whose texts tell all combinations apart."""
+    """Number of first columns whose texts tell all combinations apart."""
     width = len(combinations[0])
     for label_count in range(width):
         if len({texts[:label_count] for texts in combinations}) == len(combinations):
@@ -250,9 +265,9 @@ def _label_count_that_tells_apart(combinations: Sequence[tuple[str, ...]]) -> in
     return width
 
 
-def _stated_oil(label: _LabelColumn, keys: Mapping[str, str]) -> str:
+def _stated_oil(label_column: _LabelColumn, keys: Mapping[str, str]) -> str:
     """The oil that a header line such as `lubricant` states; empty without one."""
-    key = header.oil_key(keys) if label.label_kind == "oil" else None
+    key = header.oil_key(keys) if label_column.label_kind == "oil" else None
     return keys[key] if key else ""
 
 

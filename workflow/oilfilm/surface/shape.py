@@ -29,7 +29,7 @@ Decides: when the shape of a curve contradicts the others.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
@@ -53,8 +53,8 @@ from oilfilm.traction.law import Law
 # A curve is not odd if its ln mu is nowhere farther than this from what the others say. In quiet
 # campaigns even errors that matter to no law and no bearing are significant.
 _ODD_DEVIATION = 0.05
-# Size of a curve (`CurveShape.size`) above which only a fault explains it.
-REFUSED_SIZE = 2.0
+# Oddness of a curve above which only a fault explains it.
+REFUSED_ODDNESS = 2.0
 # Fewer curves cannot judge each other: with one of them left out, four must agree.
 FEWEST_CURVES = 5
 _FEWEST_RETAINED = 4
@@ -63,9 +63,9 @@ _KNOWN_LN_SD = 0.01
 # Largest ln mu that is stated as expected. Where the others say nothing, mu might overflow.
 _LARGEST_LOG_MU = 0.0
 # Share of the curves that is left out in step 1. More bad curves than this may stay hidden.
-_FIRST_LEFT_OUT = 0.25
+_FIRST_LEFT_OUT_SHARE = 0.25
 # Share of the curves that is left out at most. With more, no majority says what is right.
-_MOST_LEFT_OUT = 1 / 3
+_MOST_LEFT_OUT_SHARE = 1 / 3
 # Largest number of repetitions of step 2.
 _MOST_ROUNDS = 5
 # Number of curves to which law and sizes are fitted.
@@ -74,8 +74,8 @@ _CURVES_OF_SAMPLE = 40
 _LARGEST_PART = 80
 # Largest error of the zero of a run, in its standard deviations. ln mu must be linear in this
 # error: where mu is ten times the error, it is so within 0.5 %.
-_LARGEST_ZERO = 4.0
-_ZERO = EFFECTS.index("zero")
+_LARGEST_ZERO_IN_SDS = 4.0
+_ZERO_INDEX = EFFECTS.index("zero")
 # A rest of an array that is smaller than this share of it is rounding.
 _ROUNDING = 1e-9
 
@@ -93,10 +93,10 @@ class OddLimits(NamedTuple):
 
 
 # Set by the seeds 0 to 3 of `benchmarks/shapes.py`, which counts the curves that are named.
-_BY_RETAINED = OddLimits(point=7.0, curve=10.0)
+_LIMITS_BY_RETAINED = OddLimits(point=7.0, curve=10.0)
 # A corner of the plan where the oil behaves otherwise is far from a fit without it, and near a fit
 # with it.
-_BY_ALL = OddLimits(point=2.5, curve=2.25)
+_LIMITS_BY_ALL = OddLimits(point=2.5, curve=2.25)
 
 
 @dataclass(frozen=True)
@@ -110,7 +110,7 @@ class CurveShape:
         expected_mu: mu at this point, as the other curves say.
         spread: Standard deviation of ln mu of a new run at this point, by the other curves.
         usual_spread: Median of this standard deviation over the points of the curve.
-        size: Deviation of the curve over the limits; above 1 the curve is odd.
+        oddness: Deviation of the curve over the limits; above 1 the curve is odd.
     """
 
     curve_index: int
@@ -118,17 +118,17 @@ class CurveShape:
     expected_mu: float
     spread: float
     usual_spread: float
-    size: float
+    oddness: float
 
     @property
-    def smallest_seen(self) -> float:
+    def smallest_visible_change(self) -> float:
         """Smallest change of ln mu at a typical point that would make the curve odd."""
-        return _BY_RETAINED.point * self.usual_spread
+        return _LIMITS_BY_RETAINED.point * self.usual_spread
 
     @property
     def is_odd(self) -> bool:
         """Whether the curve contradicts the others."""
-        return self.size > 1
+        return self.oddness > 1
 
 
 @dataclass(frozen=True)
@@ -199,8 +199,8 @@ class PredictedCurve:
         variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + noise_variance
         return np.sqrt(variance)
 
-    def size(self, limits: OddLimits) -> float:
-        """See `CurveShape.size`.
+    def oddness(self, limits: OddLimits) -> float:
+        """See `CurveShape.oddness`.
 
         Args:
             limits: When a curve is odd.
@@ -266,19 +266,23 @@ class CurveJudge:
         inverse = scipy.linalg.inv(
             self.covariance[np.ix_(retained_coordinates, retained_coordinates)]
         )
-        weights = inverse @ self.curves.departure[retained_coordinates]
+        solved_departure = inverse @ self.curves.departure[retained_coordinates]
         for curve_index, (coordinate_indices, point_indices, vectors) in enumerate(
             self.indices_and_vectors_of_curves
         ):
             if is_retained[curve_index]:
                 positions = position_in_retained[coordinate_indices]
                 error_covariance = scipy.linalg.inv(inverse[np.ix_(positions, positions)])
-                error = error_covariance @ weights[positions]
+                error = error_covariance @ solved_departure[positions]
             else:
-                across = self.covariance[np.ix_(coordinate_indices, retained_coordinates)]
+                cross_covariance = self.covariance[np.ix_(coordinate_indices, retained_coordinates)]
                 error_covariance = self.covariance[np.ix_(coordinate_indices, coordinate_indices)]
-                error_covariance = error_covariance - across @ inverse @ across.T
-                error = self.curves.departure[coordinate_indices] - across @ weights
+                error_covariance = (
+                    error_covariance - cross_covariance @ inverse @ cross_covariance.T
+                )
+                error = (
+                    self.curves.departure[coordinate_indices] - cross_covariance @ solved_departure
+                )
             remainder = self.curves.remainder[point_indices]
             error_covariance = (error_covariance + error_covariance.T) / 2
             yield PredictedCurve(
@@ -293,28 +297,31 @@ class CurveJudge:
                 self.largest_zero,
             )
 
-    def sizes(self, retained_curves: IndexArray, limits: OddLimits = _BY_RETAINED) -> FloatArray:
-        """`PredictedCurve.size` of each curve, shape (curves,)."""
+    def oddness_of_curves(
+        self, retained_curves: IndexArray, limits: OddLimits = _LIMITS_BY_RETAINED
+    ) -> FloatArray:
+        """`PredictedCurve.oddness` of each curve, shape (curves,)."""
         return np.array(
-            [predicted_curve.size(limits) for predicted_curve in self.predicted(retained_curves)]
+            [predicted_curve.oddness(limits) for predicted_curve in self.predicted(retained_curves)]
         )
 
-    def settled(self, retained_curves: IndexArray) -> IndexArray:
+    def agreeing_curves_from(self, retained_curves: IndexArray) -> IndexArray:
         """Indices of the curves that agree with each other: all that agree are retained, no others.
 
         Args:
             retained_curves: Indices of curves to begin with, most of which agree.
         """
         curve_count = len(self.curves.conditions)
-        fewest_retained = max(_FEWEST_RETAINED, int(np.ceil((1 - _MOST_LEFT_OUT) * curve_count)))
+        most_left_out = int(_MOST_LEFT_OUT_SHARE * curve_count)
+        fewest_retained = max(_FEWEST_RETAINED, curve_count - most_left_out)
         for _ in range(2 * curve_count):
-            sizes = self.sizes(retained_curves)
+            oddness = self.oddness_of_curves(retained_curves)
             is_retained = np.isin(np.arange(curve_count), retained_curves)
-            returning_curves = np.flatnonzero(~is_retained & (sizes <= 1))
-            worst_curve = int(first_largest(np.where(is_retained, sizes, 0.0)))
+            returning_curves = np.flatnonzero(~is_retained & (oddness <= 1))
+            worst_curve = int(first_largest(np.where(is_retained, oddness, 0.0)))
             if len(returning_curves):
                 retained_curves = np.sort(np.append(retained_curves, returning_curves))
-            elif sizes[worst_curve] > 1 and len(retained_curves) > fewest_retained:
+            elif oddness[worst_curve] > 1 and len(retained_curves) > fewest_retained:
                 retained_curves = retained_curves[retained_curves != worst_curve]
             else:
                 break
@@ -324,8 +331,10 @@ class CurveJudge:
         """Indices of the curves that remain when a quarter has been left out, the worst first."""
         curve_count = len(self.curves.conditions)
         retained_curves = np.arange(curve_count)
-        for _ in range(int(_FIRST_LEFT_OUT * curve_count)):
-            worst_position = int(first_largest(self.sizes(retained_curves)[retained_curves]))
+        for _ in range(int(_FIRST_LEFT_OUT_SHARE * curve_count)):
+            worst_position = int(
+                first_largest(self.oddness_of_curves(retained_curves)[retained_curves])
+            )
             retained_curves = np.delete(retained_curves, worst_position)
         return retained_curves
 
@@ -348,7 +357,7 @@ class _Fit:
 
     def judge(self, measurements: Measurements, box: ConditionBox) -> CurveJudge:
         """The judge of some curves."""
-        largest_zero = _LARGEST_ZERO * self.zero_sd
+        largest_zero = _LARGEST_ZERO_IN_SDS * self.zero_sd
         curves = reduced_curves(measurements, self.law, self.log_mu, largest_zero, box)
         sizes = Sizes.from_logarithms(self.logarithms)
         covariance = CurveCovariance(curves, box, sizes)
@@ -399,6 +408,8 @@ def curve_shapes(
     errors = errors or RunErrorSizes()
     if len(measurements.conditions) < FEWEST_CURVES:
         raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
+    # every point counts alike: the noise of a point is part of what is judged
+    measurements = replace(measurements, noise_ratio=None)
     curve_order, point_order = measurements.canonical_order()
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
@@ -411,31 +422,33 @@ def curve_shapes(
         measurements_of_part = ordered.select_curves(curves_of_part)
         judge = fit.judge(measurements_of_part, box)
         all_curves = np.arange(len(curves_of_part))
-        retained_curves = judge.settled(all_curves)
-        sizes_by_all = np.full(len(curves_of_part), np.inf)
+        retained_curves = judge.agreeing_curves_from(all_curves)
+        oddness_by_all_of_curve = np.full(len(curves_of_part), np.inf)
         if len(retained_curves) < len(curves_of_part):
-            sizes_by_all = fit_of_all.judge(measurements_of_part, box).sizes(all_curves, _BY_ALL)
+            oddness_by_all_of_curve = fit_of_all.judge(measurements_of_part, box).oddness_of_curves(
+                all_curves, _LIMITS_BY_ALL
+            )
         # where retained curves contradict each other, no majority says which of them are right
-        sizes_of_retained = judge.sizes(retained_curves)[retained_curves]
-        largest_size = REFUSED_SIZE if np.any(sizes_of_retained > 1) else np.inf
+        oddness_of_retained = judge.oddness_of_curves(retained_curves)[retained_curves]
+        largest_oddness = REFUSED_ODDNESS if np.any(oddness_of_retained > 1) else np.inf
         judged_curves = zip(
-            curves_of_part, judge.predicted(retained_curves), sizes_by_all, strict=True
+            curves_of_part, judge.predicted(retained_curves), oddness_by_all_of_curve, strict=True
         )
-        for curve_index, predicted, size_by_all in judged_curves:
+        for curve_index, predicted, oddness_by_all in judged_curves:
             point_indices = points_of_part[predicted.point_indices]
             shapes.append(
                 _shape(
                     int(curve_order[curve_index]),
                     point_order[point_indices],
                     predicted,
-                    min(size_by_all, largest_size),
+                    min(oddness_by_all, largest_oddness),
                 )
             )
     return tuple(sorted(shapes, key=lambda shape: shape.curve_index))
 
 
 def _shape(
-    curve_index: int, point_indices: IndexArray, predicted: PredictedCurve, largest_size: float
+    curve_index: int, point_indices: IndexArray, predicted: PredictedCurve, largest_oddness: float
 ) -> CurveShape:
     """The `CurveShape` of a curve.
 
@@ -443,7 +456,7 @@ def _shape(
         curve_index: Index of the curve in the measurements.
         point_indices: Indices of its points in the measurements, shape (points,).
         predicted: The curve as the others predict it.
-        largest_size: Largest size that is stated.
+        largest_oddness: Largest oddness that is stated.
     """
     spreads = predicted.spreads()
     farthest_point = int(first_largest(np.abs(predicted.deviations()) / spreads))
@@ -453,7 +466,7 @@ def _shape(
         expected_mu=float(predicted.expected_mu()[farthest_point]),
         spread=float(spreads[farthest_point]),
         usual_spread=float(np.median(spreads)),
-        size=min(predicted.size(_BY_RETAINED), largest_size),
+        oddness=min(predicted.oddness(_LIMITS_BY_RETAINED), largest_oddness),
     )
 
 
@@ -469,7 +482,7 @@ def _fit_without_odd_curves(
             break
         retained_curves = agreeing_curves
         fit = _next_fit(sample.select_curves(retained_curves), errors, box, fit)
-        agreeing_curves = fit.judge(sample, box).settled(retained_curves)
+        agreeing_curves = fit.judge(sample, box).agreeing_curves_from(retained_curves)
     return fit
 
 
@@ -487,8 +500,8 @@ def _first_fit(
         box: The box of the tested conditions.
     """
     zero_sd = errors.zero.median
-    fitted = quick_law(law, measurements, _LARGEST_ZERO * zero_sd)
-    is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO * zero_sd)
+    fitted = quick_law(law, measurements, _LARGEST_ZERO_IN_SDS * zero_sd)
+    is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO_IN_SDS * zero_sd)
     curves = reduced_curves(
         measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
     )
@@ -507,7 +520,7 @@ def _next_fit(
         box: The box of the tested conditions.
         previous: The fit of the round before.
     """
-    largest_zero = _LARGEST_ZERO * previous.zero_sd
+    largest_zero = _LARGEST_ZERO_IN_SDS * previous.zero_sd
     law = quick_law(previous.law.law, measurements, largest_zero, previous.law)
     curves = reduced_curves(measurements, law, previous.log_mu, largest_zero, box)
     # a search that did not end gives sizes that are good enough: faults are far beyond the limits
@@ -520,17 +533,16 @@ def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
 
     Args:
         fit: The fit.
-        errors: The priors before the fit, whose names are those of the result.
+        errors: The priors before the fit; those of rigs stay.
     """
-    names = [field.name for field in fields(errors)]
-    sizes = np.exp(fit.logarithms[: len(names)])
+    names = (*EFFECTS, "noise")
     known_sizes = {}
-    for name, size in zip(names, sizes, strict=True):
+    for name, size in zip(names, np.exp(fit.logarithms[: len(names)]), strict=True):
         range_factor = np.exp(_KNOWN_LN_SD)
         known_sizes[name] = LogNormal(
             float(size), _KNOWN_LN_SD, float(size / range_factor), float(size * range_factor)
         )
-    return RunErrorSizes(**known_sizes)
+    return replace(errors, **known_sizes)
 
 
 def _with_surface(
@@ -544,7 +556,7 @@ def _with_surface(
         """ln mu of the surface."""
         return log_mu_of(law, posterior, box, conditions, slip)
 
-    return _Fit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO]))
+    return _Fit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO_INDEX]))
 
 
 def _sample(ordered: Measurements) -> IndexArray:

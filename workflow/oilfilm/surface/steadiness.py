@@ -95,7 +95,7 @@ class SteadinessLimits:
     alarm_of_a_run: float = 30.0
     fewest_runs: int = 3
     longest_block: int = 6
-    seen_at: float = 5.0
+    seen_at: float = 7.5
     confounded: float = 0.2
     usual: ChangeSizes = USUAL_CHANGES
     largest: ChangeSizes = LARGEST_CHANGES

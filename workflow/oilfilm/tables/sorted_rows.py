@@ -37,35 +37,36 @@ def sorted_rows(
     Raises:
         OilfilmError: As `tables.read`.
     """
-    first_runs = _first_runs(row_count_of_run)
-    if len(first_runs) <= 1:
+    first_run_id_of_range = _first_run_id_of_range(row_count_of_run)
+    if len(first_run_id_of_range) <= 1:
         yield _in_order(read(table_name, *paths))
         return
     with tempfile.TemporaryDirectory(prefix=".sorted-", dir=folder) as temporary:
         range_paths = [
-            Path(temporary, f"{range_index}.arrow") for range_index in range(len(first_runs))
+            Path(temporary, f"{range_index}.arrow")
+            for range_index in range(len(first_run_id_of_range))
         ]
-        _spread(table_name, paths, first_runs, range_paths)
+        _spread(table_name, paths, first_run_id_of_range, range_paths)
         for path in range_paths:
             with arrow.ipc.open_file(path) as file:
                 rows = from_arrow(file.read_all())
             yield _in_order(rows)
 
 
-def _first_runs(
+def _first_run_id_of_range(
     row_count_of_run: "pd.Series[int]",
 ) -> "np.ndarray[tuple[int], np.dtype[np.object_]]":
     """The name of the first run of each range, in order."""
     # a run without rows is in no file
     ordered = row_count_of_run[row_count_of_run > 0].sort_index()
-    range_of_run = (ordered.cumsum() - ordered) // _RANGE_ROW_COUNT
-    return ordered.index[~range_of_run.duplicated()].to_numpy(dtype=object)
+    range_number_of_run = (ordered.cumsum() - ordered) // _RANGE_ROW_COUNT
+    return ordered.index[~range_number_of_run.duplicated()].to_numpy(dtype=object)
 
 
 def _spread(
     table_name: str,
     paths: Sequence[Path],
-    first_runs: "np.ndarray[tuple[int], np.dtype[np.object_]]",
+    first_run_id_of_range: "np.ndarray[tuple[int], np.dtype[np.object_]]",
     range_paths: Sequence[Path],
 ) -> None:
     """Write each row of some files to the file of its range."""
@@ -73,7 +74,7 @@ def _spread(
         writers: dict[int, arrow.ipc.RecordBatchFileWriter] = {}
         for row_group in chain.from_iterable(arrow_parts(table_name, path) for path in paths):
             run_ids = row_group["run_id"].to_numpy().astype(object)
-            range_of_row = np.searchsorted(first_runs, run_ids, side="right") - 1
+            range_of_row = np.searchsorted(first_run_id_of_range, run_ids, side="right") - 1
             # a refused run has no count, and its name may come before the first range
             range_of_row = np.maximum(range_of_row, 0)
             for range_index in np.unique(range_of_row).tolist():

@@ -112,9 +112,9 @@ def _divide(x: Node, y: Node) -> Node:
 def _with_sign(operation: str, x: Node, y: Node) -> Node:
     """A product or quotient with its sign in front."""
     if x.operation == "negative":
-        return _negative(_BUILD[operation](x.operands[0], y))
+        return _negative(_BUILDER_BY_OPERATION[operation](x.operands[0], y))
     if y.operation == "negative":
-        return _negative(_BUILD[operation](x, y.operands[0]))
+        return _negative(_BUILDER_BY_OPERATION[operation](x, y.operands[0]))
     return _node(operation, x, y)
 
 
@@ -123,7 +123,7 @@ def _power(x: Node, y: Node) -> Node:
     return x if y is _ONE else _node("**", x, y)
 
 
-_BUILD: dict[str, Callable[..., Node]] = {
+_BUILDER_BY_OPERATION: dict[str, Callable[..., Node]] = {
     "+": _add,
     "-": _subtract,
     "*": _multiply,
@@ -161,26 +161,27 @@ def parse(
 
     Raises:
         ValueError: The text has anything else.
+        SyntaxError: The text is no expression.
     """
-    nodes = dict(node_of_name)
+    node_by_name = dict(node_of_name)
     for part_name, part_text in named_parts:
-        nodes[part_name] = parse(part_text, nodes)
+        node_by_name[part_name] = parse(part_text, node_by_name)
 
     def build(tree: ast.expr) -> Node:
         """The graph of a part of the text, from Python's syntax tree of it."""
         match tree:
             case ast.Constant(value=int() | float() as value):
                 return number_node(float(value))
-            case ast.Name(id=variable) if variable in nodes:
-                return nodes[variable]
+            case ast.Name(id=variable) if variable in node_by_name:
+                return node_by_name[variable]
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return _negative(build(operand))
             case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
-                return _BUILD[_OPERATORS[type(operator)]](build(left), build(right))
+                return _BUILDER_BY_OPERATION[_OPERATORS[type(operator)]](build(left), build(right))
             case ast.Call(func=ast.Name(id=function), args=[argument]) if function in _FUNCTIONS:
                 return _node(function, build(argument))
         raise ValueError(
-            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, {', '.join(nodes)}, "
+            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, {', '.join(node_by_name)}, "
             f"+ - * / **, and the functions {', '.join(_FUNCTIONS)}"
         )
 
@@ -217,7 +218,7 @@ def functions_of(nodes: Iterable[Node]) -> set[str]:
     return _FUNCTIONS.keys() & operations
 
 
-def logarithmic_derivative(node: Node, variable_name: str) -> Node:
+def derivative_by_ln(node: Node, variable_name: str) -> Node:
     """x df/dx of a node f, with the variable x: the change of f per relative change of x."""
     derivatives: dict[Node, Node] = {}
 
@@ -232,11 +233,11 @@ def logarithmic_derivative(node: Node, variable_name: str) -> Node:
 
 
 def _derivative(f: Node, operand_derivatives: Sequence[Node], variable_name: str) -> Node:
-    """Derivative of one operation, from the derivatives of its operands."""
+    """x df/dx of one operation f, from those of its operands."""
     if not f.operands:
         return f if f.leaf == variable_name else _ZERO
     if f.operation in ("+", "-", "negative"):
-        return _BUILD[f.operation](*operand_derivatives)
+        return _BUILDER_BY_OPERATION[f.operation](*operand_derivatives)
     if f.operation in _FUNCTIONS:
         _, derivative = _FUNCTIONS[f.operation]
         return derivative(f.operands[0], f, operand_derivatives[0])
@@ -254,7 +255,7 @@ def _derivative(f: Node, operand_derivatives: Sequence[Node], variable_name: str
 
 
 def _derivative_of_power(f: Node, u: Node, v: Node, du: Node, dv: Node) -> Node:
-    """Derivative of f = u**v."""
+    """x df/dx of f = u**v."""
     by_base = _proportional_change(f, u, du)
     if by_base is None and isinstance(v.leaf, float):
         by_base = _multiply(_power(u, number_node(v.leaf - 1)), du)
@@ -301,7 +302,7 @@ def straight_line_form(results: Sequence[Node]) -> tuple[list[tuple[str, Node]],
             return node
         if node not in written_nodes:
             operands = [write_out(operand) for operand in node.operands]
-            # made without `_BUILD`, so that the order of operations does not change
+            # made without `_BUILDER_BY_OPERATION`, so that the order of operations does not change
             written_node = _node(node.operation, *operands)
             if use_counts[node] > 1:
                 step_name = f"x{len(steps)}"
@@ -347,14 +348,14 @@ class Language:
 
     Attributes:
         forms: Form of each operation or function.
-        numeral: Function that writes a number.
-        identifier: Function that writes a name.
+        write_number: Function that writes a number.
+        write_name: Function that writes a name.
         brackets: Template of brackets.
     """
 
     forms: Mapping[str, Form]
-    numeral: Callable[[Any], str] = repr
-    identifier: Callable[[Any], str] = str
+    write_number: Callable[[Any], str] = repr
+    write_name: Callable[[Any], str] = str
     brackets: str = "({})"
 
     def write(self, node: Node) -> str:
@@ -364,7 +365,7 @@ class Language:
     def _written(self, node: Node) -> tuple[str, int]:
         """The node as text, and its precedence."""
         if not node.operands:
-            write_leaf = self.numeral if isinstance(node.leaf, float) else self.identifier
+            write_leaf = self.write_number if isinstance(node.leaf, float) else self.write_name
             return write_leaf(node.leaf), 5
         python_form = _ARITHMETIC.get(node.operation, Form(f"{node.operation}({{}})"))
         form = self.forms.get(node.operation, python_form)

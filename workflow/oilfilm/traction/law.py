@@ -265,7 +265,7 @@ class Law:
         is_linear_coefficient = []
         for name, slope in zip(self.coefficient_names, self.graphs[1:], strict=True):
             # mu = X g + h is linear in X: its logarithmic derivative X g is its own derivative
-            is_linear_coefficient.append(expression.logarithmic_derivative(slope, name) is slope)
+            is_linear_coefficient.append(expression.derivative_by_ln(slope, name) is slope)
         constants_per_coefficient = len(self.constants) // len(self.coefficients)
         is_linear_constant = np.zeros(len(self.constants), dtype=bool)
         is_linear_constant[::constants_per_coefficient] = is_linear_coefficient
@@ -414,7 +414,7 @@ def _graphs(
             "X" if sign > 0 else "-X", {"X": expression.name_node(name)}
         )
     mu = expression.parse(equation, node_of_name, named_parts)
-    derivatives = [expression.logarithmic_derivative(mu, name) for name, _ in signs]
+    derivatives = [expression.derivative_by_ln(mu, name) for name, _ in signs]
     return (mu, *derivatives)
 
 
@@ -439,7 +439,7 @@ def _to_second_order(
     curvatures = []
     for slope_index, slope in enumerate(slopes):
         for index in coefficient_indices[: slope_index + 1]:
-            curvatures.append(expression.logarithmic_derivative(slope, argument_names[index]))
+            curvatures.append(expression.derivative_by_ln(slope, argument_names[index]))
     return _compiled((graphs[0], *slopes, *curvatures), argument_names)
 
 

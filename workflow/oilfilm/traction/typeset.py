@@ -46,8 +46,8 @@ MATHML = Language(
         "tanh": _function("tanh"),
         "asinh": _function("arsinh"),
     },
-    numeral="<mn>{:g}</mn>".format,
-    identifier=_identifier,
+    write_number="<mn>{:g}</mn>".format,
+    write_name=_identifier,
     brackets="<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
 )
 
@@ -68,7 +68,7 @@ def mathml(law: Law) -> str:
     steps = parse_steps(law.steps, (*law.coefficient_names, "S"))
     # mu first, then its parts
     formulas = [
-        f"{MATHML.identifier(name)}<mo>=</mo>{MATHML.write(value)}"
+        f"{MATHML.write_name(name)}<mo>=</mo>{MATHML.write(value)}"
         for name, value in reversed(steps)
     ]
     fitted_exponents = [
@@ -99,7 +99,7 @@ def _power_law(law: Law, coefficient_name: str, exponent_texts: list[str]) -> st
             "degC", _DEGREE_CELSIUS
         )
         relative_group = (
-            f"<mfrac>{MATHML.identifier(quantity.symbol)}<mtext>{reference_text}</mtext></mfrac>"
+            f"<mfrac>{MATHML.write_name(quantity.symbol)}<mtext>{reference_text}</mtext></mfrac>"
         )
         if group in law.exponential:
             factors.append(_EXPONENTIAL.format(exponent_text, relative_group))
