@@ -15,6 +15,7 @@ import pytest
 from pyarrow import parquet
 
 from campaigns import LABORATORY, ROOT, Campaign
+from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.curation.curate import collect, curate
@@ -38,7 +39,8 @@ Make = Callable[..., Path]
 @pytest.fixture(scope="module")
 def frames(demo: Campaign) -> dict[str, pd.DataFrame]:
     """Tables of two oils of the demonstration campaign."""
-    return tables_of(demo, OILS)
+    seen = pd.DataFrame({"oil": OILS, "law": "deng2026", "seen_step_zero": [1e-4, 2e-4]})
+    return {**tables_of(demo, OILS), "soundness": tables.filled(seen, "soundness")}
 
 
 @pytest.fixture(scope="module")
@@ -70,8 +72,8 @@ def miscalibrated(demo: Campaign, frames: dict[str, pd.DataFrame], make: Make) -
     curated = collect(curate(heavier, runs, TractionRig(demo.config)), demo.config)
     again = tables_of(replace(demo, curated=curated), OILS[:1])
     both = {
-        name: pd.concat([again[name], frame[frame["oil"] == "4050"]], ignore_index=True)
-        for name, frame in frames.items()
+        name: pd.concat([frame, frames[name].query("oil == '4050'")], ignore_index=True)
+        for name, frame in again.items()
     }
     return make(raw={**LOGS, "4102.csv": b"2"}, **both)
 
@@ -263,6 +265,7 @@ def widened(frames: dict[str, pd.DataFrame]) -> None:
         (planted("fit_quality", "n_points", lambda count: count - 1), "n_points"),
         (planted("fit_quality", "active_bounds", lambda bounds: ("B1",)), "active_bounds"),
         (planted("runs", "verdict", lambda verdict: "refused"), "verdict"),
+        (planted("soundness", "seen_step_zero", lambda size: 1.5 * size), "seen_step_zero"),
     ],
 )
 def test_gate_names_a_changed_statement_and_nothing_else(

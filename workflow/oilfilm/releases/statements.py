@@ -27,8 +27,8 @@ ReadTable = Callable[[str], pd.DataFrame | None]
 _MOST_ROWS = 20
 # Columns that say from which log a row is. `diff` compares the logs themselves.
 _SOURCE_COLUMNS = frozenset({"sha256", "content_sha256", "file", "first_row", "last_row"})
-# Names of columns that say how sure another column is.
-_ERROR_COLUMN = re.compile(r"(_se|standard_error|_uncertainty|half_width)$")
+# Names of columns that say how sure another column is, or how large a change must be to be seen.
+_ERROR_COLUMN = re.compile(r"(_se|standard_error|_uncertainty|half_width)$|^seen_")
 # In a sentence: a count of a total (`33 of 75`), or any other number.
 _COUNT_OR_NUMBER = re.compile(r"\d+ of \d+|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 # Names of columns with the lower end of an interval.
