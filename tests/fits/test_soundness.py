@@ -203,8 +203,9 @@ def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings)
     in_order = verdict(config, points_of(config, Drift(), 2, in_order=True))
     assert at_random["order_resembles"] == ""
     assert in_order["order_resembles"] == "max_hertz_pressure_gpa"
-    # a trial: 2.9 % at random; in the order of the conditions a trend is none that a rig has
-    assert at_random["seen_trend_gain"] < 0.05
+    # a trial: 2.9 % at random with 5 standard deviations in place of 7.5; in the order of the
+    # conditions a trend is none that a rig has
+    assert at_random["seen_trend_gain"] < 0.075
     assert np.isnan(in_order["seen_trend_gain"])
     assert in_order["seen_step_gain"] > 1.3 * at_random["seen_step_gain"]
     sentence = smallest_visible_changes(in_order)

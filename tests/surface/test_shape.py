@@ -113,26 +113,22 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     covariance = fit_surface(ordered, law).covariance
     curves, noise = covariance.curves, covariance.sizes.noise
     law_log_mu = law.log_mu(ordered.point_conditions, ordered.slip)
-    rest = curves.left_by_vectors(1 / ordered.mu)
-    zero_remainder = (
-        rest / np.sqrt(np.bincount(ordered.curve_of_point, rest**2))[ordered.curve_of_point]
-    )
+    zero_remainder = curves.left_by_vectors(4e-4 / ordered.mu)
     judge = CurveJudge(curves, covariance.matrix(), noise, law_log_mu, zero_remainder, 1e-4)
     vectors = curves.vectors.toarray()
     left = np.eye(len(vectors)) - vectors @ vectors.T
     total = vectors @ covariance.matrix() @ vectors.T + noise**2 * left
-    # nothing is known of the zero in this direction
     is_same_curve = np.equal.outer(ordered.curve_of_point, ordered.curve_of_point)
-    of_any_zero = total + 1e3 * np.outer(zero_remainder, zero_remainder) * is_same_curve
+    total += np.outer(zero_remainder, zero_remainder) * is_same_curve
     departure = vectors @ curves.departure + curves.remainder
 
     all_curves = np.arange(12)
     judged = list(judge.predicted(all_curves))
     without_three = list(judge.predicted(np.delete(all_curves, 3)))
     point, others = 30, np.arange(len(departure)) != 30
-    weights = np.linalg.solve(of_any_zero[np.ix_(others, others)], of_any_zero[others, point])
+    weights = np.linalg.solve(total[np.ix_(others, others)], total[others, point])
     error = departure[point] - weights @ departure[others]
-    spread = np.sqrt(of_any_zero[point, point] - weights @ of_any_zero[others, point])
+    spread = np.sqrt(total[point, point] - weights @ total[others, point])
     of_curve = judged[ordered.curve_of_point[point]]
     score = of_curve.point_scores()[of_curve.point_indices == point]
     assert score == pytest.approx(abs(error) / spread, rel=1e-5)
@@ -141,8 +137,7 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     across = np.linalg.solve(total[np.ix_(~own, ~own)], total[np.ix_(~own, own)]).T
     errors = departure[own] - across @ departure[~own]
     spreads = total[np.ix_(own, own)] - across @ total[np.ix_(~own, own)]
-    any_zero = 1e3 * np.outer(zero_remainder[own], zero_remainder[own])
-    squares = errors @ np.linalg.solve(spreads + any_zero, errors) / own.sum()
+    squares = errors @ np.linalg.solve(spreads, errors) / own.sum()
     for curve in (judged[3], without_three[3]):
         assert curve.squares_per_point == pytest.approx(squares, rel=1e-5)
         assert curve.deviations() == pytest.approx(errors, rel=1e-5)

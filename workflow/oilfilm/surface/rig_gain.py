@@ -20,8 +20,6 @@ Decides: how far the gain of another rig may be.
 """
 
 import numpy as np
-import scipy.optimize
-import scipy.special
 
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import LogNormal
@@ -59,6 +57,9 @@ def factor_of_another_rig(
     Returns:
         The quantile of the gain of another rig over that of a normal distribution with s.
     """
+    # a saved fit is read without it
+    import scipy.optimize  # noqa: PLC0415
+
     ln_sizes = np.linspace(np.log(before_data.smallest), np.log(before_data.largest), _SIZES_OF_SUM)
     ln_shift = (np.log(size) - np.log(before_data.median)) / before_data.ln_sd**2
     sum_of_squares = max(size**2 * (resolved_rigs + ln_shift), 0.0)

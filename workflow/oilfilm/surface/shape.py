@@ -2,9 +2,9 @@
 
 Each point is judged by all other points, those of its own curve included, and each curve by all
 other curves. Both follow from the inverse covariance in closed form. Over all points it is
-V K^-1 V' + (I - V V')/s^2, with K the covariance of the coordinates of curves and s the noise of
-points. Near zero traction V, which is smooth, leaves more of the zero of a run than noise. What it
-leaves in this direction does not count.
+V K^-1 V' + (s^2 (I - V V') + z z')^-1, with K the covariance of the coordinates of curves and s the
+noise of points. z is what V leaves of the zero of a run: V is smooth, and near zero traction the
+effect of the zero is not. The second inverse is that in the space beyond V.
 
 A bad curve makes the departure and the noise large, and so hides itself. It also makes good curves
 near it look odd. So bad curves are left out. The retained curves alone judge all curves, and the
@@ -76,8 +76,6 @@ _LARGEST_PART = 80
 # error: where mu is ten times the error, it is so within 0.5 %.
 _LARGEST_ZERO_IN_SDS = 4.0
 _ZERO_INDEX = EFFECTS.index("zero")
-# A rest of an array that is smaller than this share of it is rounding.
-_ROUNDING = 1e-9
 
 
 class OddLimits(NamedTuple):
@@ -141,8 +139,7 @@ class PredictedCurve:
         error: Measured less predicted coordinates, shape (coordinates,).
         covariance: Covariance of this error, shape (coordinates, coordinates).
         remainder: What V leaves of the departure at each point, shape (points,).
-        zero_remainder: What V leaves of the effect of a zero, with length 1; 0 where it leaves
-            nothing. Shape (points,).
+        zero_remainder: z, what V leaves of the standard deviation by the zero, shape (points,).
         noise: Standard deviation of the noise of points.
         log_mu: Measured ln mu, linearised near zero, shape (points,).
         largest_zero: Largest error of the zero, as a traction coefficient.
@@ -165,22 +162,29 @@ class PredictedCurve:
         return np.asarray((inverse + inverse.T) / 2)
 
     @property
-    def remainder_without_zero(self) -> FloatArray:
-        """The remainder without what a zero of the run leaves, shape (points,)."""
-        return self.remainder - self.zero_remainder * (self.zero_remainder @ self.remainder)
+    def variance_of_zero_remainder(self) -> float:
+        """Variance of the remainder along z, by the zero and by the noise."""
+        return float(self.zero_remainder @ self.zero_remainder) + self.noise**2
+
+    @property
+    def weighted_remainder(self) -> FloatArray:
+        """Inverse covariance of the remainder times the remainder, shape (points,)."""
+        share_of_zero = (self.zero_remainder @ self.remainder) / self.variance_of_zero_remainder
+        return (self.remainder - self.zero_remainder * share_of_zero) / self.noise**2
 
     @property
     def squares_per_point(self) -> float:
         """Mean over the points of the square of the error over its standard deviation."""
         squares = self.error @ self.precision @ self.error
-        squares += np.sum(self.remainder_without_zero**2) / self.noise**2
+        squares += self.remainder @ self.weighted_remainder
         return float(squares) / len(self.point_indices)
 
     def point_scores(self) -> FloatArray:
         """Error of each point over its standard deviation, given all other points."""
         weights = self.vectors @ (self.precision @ self.error)
-        weights += self.remainder_without_zero / self.noise**2
-        share_of_noise = 1 - np.sum(self.vectors**2, axis=1) - self.zero_remainder**2
+        weights += self.weighted_remainder
+        share_of_zero = self.zero_remainder**2 / self.variance_of_zero_remainder
+        share_of_noise = 1 - np.sum(self.vectors**2, axis=1) - share_of_zero
         noise_precision = share_of_noise / self.noise**2
         precision = np.sum((self.vectors @ self.precision) * self.vectors, axis=1) + noise_precision
         return np.abs(weights) / np.sqrt(precision)
@@ -196,6 +200,7 @@ class PredictedCurve:
     def spreads(self) -> FloatArray:
         """Standard deviation of each deviation, shape (points,)."""
         noise_variance = self.noise**2 * (1 - np.sum(self.vectors**2, axis=1))
+        noise_variance += self.zero_remainder**2
         variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + noise_variance
         return np.sqrt(variance)
 
@@ -223,8 +228,7 @@ class CurveJudge:
         covariance: Their covariance, shape (coordinates, coordinates).
         noise: Standard deviation of the noise of points.
         law_log_mu: ln mu of the law at each point, shape (points,).
-        zero_remainder: What V leaves of the effect of a zero, with length 1 in each curve; 0 where
-            it leaves nothing. Shape (points,).
+        zero_remainder: z of each curve, shape (points,).
         largest_zero: Largest error of the zero, as a traction coefficient.
     """
 
@@ -369,26 +373,9 @@ class _Fit:
             covariance.matrix(),
             sizes.noise,
             law_log_mu=self.law.log_mu(conditions, slip),
-            zero_remainder=_of_length_one(
-                curves.left_by_vectors(effect_of_zero), effect_of_zero, measurements.curve_of_point
-            ),
+            zero_remainder=curves.left_by_vectors(self.zero_sd * effect_of_zero),
             largest_zero=largest_zero,
         )
-
-
-def _of_length_one(rest: FloatArray, whole: FloatArray, curve_of_point: IndexArray) -> FloatArray:
-    """The rest of each curve divided by its length; 0 where it is rounding only, shape (points,).
-
-    Args:
-        rest: What is left of values at the points, shape (points,).
-        whole: The values, shape (points,).
-        curve_of_point: Index of the curve of each point, shape (points,).
-    """
-    rest_length = np.sqrt(np.bincount(curve_of_point, rest**2))
-    whole_length = np.sqrt(np.bincount(curve_of_point, whole**2))
-    is_rounding = rest_length <= _ROUNDING * whole_length
-    divisor = np.where(is_rounding, np.inf, rest_length)
-    return np.asarray(rest / divisor[curve_of_point])
 
 
 @with_one_blas_thread
