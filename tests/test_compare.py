@@ -12,7 +12,8 @@ import oilfilm
 from known_laws import known_law
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.cli import main
+from oilfilm.cli import compare, main
+from oilfilm.cli.compare import read_fits
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import oil_pair, read_oil
 from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
@@ -83,6 +84,16 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     assert picture.stat().st_size > 0
     assert main([*words, "--stress", "2.5GPa"]) == 0
     assert "outside" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(("data", "is_simulated"), [("measured", False), ("simulated", True)])
+def test_data_are_simulated_by_their_kind_whatever_the_campaign_is_called(
+    folders: list[Path], monkeypatch: pytest.MonkeyPatch, data: str, is_simulated: bool
+) -> None:
+    footer = {"campaign": "simulated-check", "data": data}
+    monkeypatch.setattr(compare, "campaign_folder", lambda folder: (folder, footer))
+    fits = read_fits(folders, None)
+    assert {fit.is_simulated for fit in fits.values()} == {is_simulated}
 
 
 def test_results_are_found_by_project_and_by_campaign(

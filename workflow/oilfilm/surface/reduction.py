@@ -320,6 +320,21 @@ def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> Float
     return log_mu_of_point
 
 
+def above_zero(log_mu: LogMu, zero_sd: float) -> LogMu:
+    """ln mu of a surface, at least that of the error of the zero: below it a surface tells nothing.
+
+    Args:
+        log_mu: ln mu of the surface, from conditions and slips.
+        zero_sd: Standard deviation of the zero, as a traction coefficient.
+    """
+
+    def log_mu_above_zero(conditions: FloatArray, slip: FloatArray) -> FloatArray:
+        """ln mu at points, shape (points,)."""
+        return np.maximum(log_mu(conditions, slip), np.log(zero_sd))
+
+    return log_mu_above_zero
+
+
 def reduced_curves(
     measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_sd: float, box: ConditionBox
 ) -> ReducedCurves:
@@ -332,11 +347,7 @@ def reduced_curves(
         zero_sd: Standard deviation of the zero, as a traction coefficient.
         box: The box of the tested conditions.
     """
-
-    def present_log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
-        """ln mu of the present surface, which tells nothing below the error of the zero."""
-        return np.maximum(log_mu(conditions, slip), np.log(zero_sd))
-
+    present_log_mu = above_zero(log_mu, zero_sd)
     conditions, slip = measurements.point_conditions, measurements.slip
     if measurements.noise_ratio is None:
         weight_of_point = np.ones(len(slip))

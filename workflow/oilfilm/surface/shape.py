@@ -44,7 +44,13 @@ from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, spread_out
 from oilfilm.surface.quick_law import quick_law
-from oilfilm.surface.reduction import ReducedCurves, box_of, is_near_zero, reduced_curves
+from oilfilm.surface.reduction import (
+    ReducedCurves,
+    above_zero,
+    box_of,
+    is_near_zero,
+    reduced_curves,
+)
 from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, most_likely_sizes, priors
 from oilfilm.surface.surface import log_mu_of
 from oilfilm.surface.threads import with_one_blas_thread
@@ -366,8 +372,8 @@ class _Fit:
         sizes = Sizes.from_logarithms(self.logarithms)
         covariance = CurveCovariance(curves, box, sizes)
         conditions, slip = measurements.point_conditions, measurements.slip
-        present_mu = np.maximum(np.exp(self.log_mu(conditions, slip)), largest_zero)
-        effect_of_zero = curves.weight_of_point / present_mu
+        # a zero of 1 changes ln mu by 1/mu
+        effect_of_zero = np.exp(-above_zero(self.log_mu, largest_zero)(conditions, slip))
         return CurveJudge(
             curves,
             covariance.matrix(),
