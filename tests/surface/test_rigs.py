@@ -187,7 +187,8 @@ def test_rigs_of_which_only_the_mean_is_not_known_resolve_all_but_one(rig_count)
     assert resolved_count(np.eye(rig_count)) == 0
 
 
-def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted):
+@pytest.mark.parametrize("new_numbers", [(7, 1, 4), (4, 7, 1), (2, 1, 0)])
+def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted, new_numbers):
     random = np.random.default_rng(32)
     curves = random.permutation(len(measured.conditions))
     rows = random.permutation(len(measured.mu))
@@ -197,11 +198,12 @@ def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted):
         curve_of_point=np.argsort(curves)[measured.curve_of_point][rows],
         slip=measured.slip[rows],
         mu=measured.mu[rows],
-        rig_of_curve=np.array([7, 1, 4])[measured.rig_of_curve[curves]],
+        rig_of_curve=np.array(new_numbers)[measured.rig_of_curve[curves]],
     )
     other = fit_surface(mixed, fitted.law)
     assert other.covariance.sizes.rig_gain == fitted.covariance.sizes.rig_gain
-    for rig, number in ((0, 7), (1, 1), (2, 4), (ANOTHER_RIG, ANOTHER_RIG)):
+    same_rigs = [*enumerate(new_numbers), (ANOTHER_RIG, ANOTHER_RIG), (None, None)]
+    for rig, number in same_rigs:
         one, same = fitted.predict(NEW, NEW_SLIP, rig), other.predict(NEW, NEW_SLIP, number)
         np.testing.assert_array_equal(one.mu, same.mu)
         np.testing.assert_array_equal(one.next_run_sd, same.next_run_sd)

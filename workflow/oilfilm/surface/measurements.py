@@ -91,6 +91,16 @@ def level_numbers(scaled: FloatArray, widths: LevelWidths) -> IndexArray:
     return level_of_row - 1
 
 
+def rigs_by_first_curve(rig_of_curve: IndexArray) -> IndexArray:
+    """Numbers of the rigs in the order of their first curves: no sum depends on how they are named.
+
+    Args:
+        rig_of_curve: Number of the rig of each curve, in canonical order, shape (curves,).
+    """
+    rig_numbers, first_curves = np.unique(rig_of_curve, return_index=True)
+    return rig_numbers[np.argsort(first_curves)]
+
+
 @dataclass(frozen=True)
 class Measurements:
     """Measured points of one oil on one rig, in curves with one condition each.

@@ -19,7 +19,12 @@ from oilfilm.surface.effects import EFFECTS, LogMu, effect_design
 from oilfilm.surface.form_bends import form_bends
 from oilfilm.surface.kernels import SLIP_LENGTH, ConditionBox, matern
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
-from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
+from oilfilm.surface.measurements import (
+    Measurements,
+    rigs_by_first_curve,
+    scaled_conditions,
+    scaled_slip,
+)
 
 # With fewer coordinates, kinks of a curve count as noise.
 _COORDINATES = 9
@@ -208,7 +213,7 @@ class ReducedCurves:
     def gains_by_rig(self) -> FloatArray:
         """Change of each coordinate by a gain of 1 of each rig, shape (coordinates, rigs)."""
         rig_of_coordinate = self.rig_of_curve[self.curve_of_coordinate]
-        is_of_rig = np.equal.outer(rig_of_coordinate, np.unique(self.rig_of_curve))
+        is_of_rig = np.equal.outer(rig_of_coordinate, rigs_by_first_curve(self.rig_of_curve))
         return self.effects[:, [_GAIN]] * is_of_rig
 
     @property

@@ -15,7 +15,7 @@ from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.measurements import Measurements, scaled_conditions
+from oilfilm.surface.measurements import Measurements, rigs_by_first_curve, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
 from oilfilm.surface.reduction import (
     ANOTHER_RIG,
@@ -232,7 +232,7 @@ class Surface:
         """
         tested_rigs: list[int] = []
         if self.measurements.rig_of_curve is not None:
-            tested_rigs = np.unique(self.measurements.rig_of_curve).tolist()
+            tested_rigs = rigs_by_first_curve(self.measurements.rig_of_curve).tolist()
         if rig_number is not None and rig_number != ANOTHER_RIG and rig_number not in tested_rigs:
             raise ValueError(f"no run is of the rig number {rig_number}")
         if not self.covariance.sizes.rig_gain:
