@@ -8,6 +8,7 @@ import pytest
 
 from campaigns import printed
 from fit_points import LAW, polished
+from nights import nightly
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
@@ -34,7 +35,7 @@ def campaign(config: Settings, oil: str) -> Campaign:
     return Campaign(law_truth(oil), config.common_contact())
 
 
-@pytest.mark.no_cover
+@pytest.mark.nightly
 def test_bootstrap_covers_and_naive_errors_do_not(config: Settings, conditions: np.ndarray) -> None:
     truth = to_internal(LAW, printed()["4050"])
     inside, naive = [], []
@@ -83,8 +84,9 @@ def test_draws_of_twelve_runs_do_not_depend_on_signs_that_a_kernel_chooses(
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("film", [False, True], ids=["true law", "heated film"])
+@pytest.mark.parametrize("film", [False, nightly(True)])
 def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, film: bool) -> None:
+    """With the true law, and with a film that heats itself, which no law has."""
     truths = {oil: law_truth(oil) for oil in printed()}
     if film:
         truths = {oil: heated_film_truth(oil) for oil in printed()}

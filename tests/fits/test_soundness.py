@@ -12,6 +12,7 @@ import pytest
 from campaigns import printed
 from fit_points import LAW
 from measured_surfaces import with_measured_surface
+from nights import quick_ones
 from oilfilm import tables
 from oilfilm.fits.conditions import FixedCondition, fixed_to_text
 from oilfilm.fits.fit import fit_oil
@@ -143,7 +144,7 @@ GROUPED = {
 }
 
 
-@pytest.mark.parametrize("name", GROUPED)
+@pytest.mark.parametrize("name", quick_ones(GROUPED, ["outlet temperature", "force"]))
 def test_runs_with_a_label_of_their_own_are_named_by_it(config: Settings, name: str) -> None:
     drift, cause, size = GROUPED[name]
     texts = [("ball=B7", "day=1") if is_of_few else ("day=1",) for is_of_few in FEW]

@@ -293,12 +293,10 @@ def test_every_key_of_the_configuration_is_read_somewhere() -> None:
         for path in files
         if path.suffix in {".py", ".smk", ".jinja", ".yaml"}
     )
-    name_by_key = {key: key.rpartition(".")[2] for key in keys_of(Config)}
-    unread_keys = {
-        key
-        for key, name in name_by_key.items()
-        if not re.search(rf"\.{name}\b|[\"']{name}[\"']", all_source)
+    read_names = {
+        attribute or text for attribute, text in re.findall(r"\.(\w+)|[\"'](\w+)[\"']", all_source)
     }
+    unread_keys = {key for key in keys_of(Config) if key.rpartition(".")[2] not in read_names}
     assert unread_keys == BY_NAME
 
 

@@ -8,7 +8,7 @@ import scipy.linalg
 import scipy.optimize
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
-from nights import quick_ones
+from nights import nightly, quick_ones
 from oilfilm.surface import surface as surface_module
 from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
@@ -248,7 +248,7 @@ def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, mo
 
 
 @pytest.mark.parametrize("kind", quick_ones(["norm", "logn", "heavy"], ["logn"]))
-@pytest.mark.parametrize("conditions", [CONFOUNDED, mixed_rigs()], ids=["confounded", "mixed"])
+@pytest.mark.parametrize("conditions", [CONFOUNDED, nightly(mixed_rigs())])
 def test_interval_holds_new_runs_on_other_rigs(conditions, kind):
     # 95 % is claimed. Three campaigns of three other rigs: the 480 points of a campaign share
     # three rigs, so that the share inside scatters by several per cent

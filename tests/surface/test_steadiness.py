@@ -163,6 +163,7 @@ def test_changes_of_the_smallest_size_are_named_and_of_half_of_it_are_not():
     assert named == [False, True]
 
 
+@pytest.mark.nightly
 def test_a_campaign_of_many_runs_is_judged_as_well():
     runs = 120
     time = np.random.default_rng(43).permutation(runs)

@@ -13,7 +13,6 @@ import yaml
 
 from campaigns import ROOT, read_campaign
 from command_line import succeeded
-from nights import nightly
 from reproduce import measured
 
 pytestmark = pytest.mark.workflow
@@ -122,7 +121,8 @@ def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_pat
     assert all(word in text for word in ("ACCEPTED", "as released", "mu = 0.01"))
 
 
-@pytest.mark.parametrize("name", ["first-curve", nightly("bearing-torque"), nightly("own-logs")])
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["first-curve", "bearing-torque", "own-logs"])
 def test_a_notebook_runs_with_the_installed_library(
     installed: Path, tmp_path: Path, name: str
 ) -> None:
