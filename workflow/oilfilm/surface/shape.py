@@ -96,11 +96,11 @@ class OddLimits(NamedTuple):
     curve: float
 
 
-# Set by the seeds 0 to 3 of `benchmarks/shapes.py`, which counts the curves that are named.
+# Set by `benchmarks/shapes.py`: clean curves of the seeds 0 to 14, bad ones of the seeds 0 to 9.
 _LIMITS_BY_RETAINED = OddLimits(point=7.0, curve=10.0)
 # A corner of the plan where the oil behaves otherwise is far from a fit without it, and near a fit
 # with it.
-_LIMITS_BY_ALL = OddLimits(point=2.5, curve=2.25)
+_LIMITS_BY_ALL = OddLimits(point=2.85, curve=2.55)
 
 
 @dataclass(frozen=True)
