@@ -122,7 +122,7 @@ def fitted_problem() -> tuple[Problem, Optimum]:
     """What the simulated fit minimised, and where it ended."""
     fit = simulated_fit()
     law, coefficients = fit.law.law, fit.law.coefficients
-    data = curve_data(fit.table, law.conditions)
+    data = curve_data(fit.campaign_points, law.conditions)
     problem = build_problem(law, data, coefficients.group_has_exponent)
     start = to_internal(law, coefficients.constants)[problem.is_free]
     return problem, polish(problem, start)

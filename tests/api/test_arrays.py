@@ -234,7 +234,7 @@ def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) 
     half_width = (float(prediction.mean_ci_upper) - float(prediction.mean_ci_lower)) / 2
     assert half_width / float(prediction.traction_coefficient) == pytest.approx(0.0196, rel=0.05)
     # the table of points keeps the calibration, too: 1 % of the load
-    load_error = fit.table["load_systematic_n"] / fit.table["load_n"]
+    load_error = fit.campaign_points["load_systematic_n"] / fit.campaign_points["load_n"]
     np.testing.assert_allclose(load_error, calibration["load_relative"], atol=0)
     # the next run has the same calibration, which its interval does not contain
     prediction_without = oilfilm.fit(*columns, **QUICK).predict(1.0, 25, 50, 0.05)

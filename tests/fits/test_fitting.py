@@ -21,7 +21,7 @@ from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fit_tables import certify, gradient_cosine, spectrum
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.objectives import robust_fit
+from oilfilm.fits.robust_fit import robust_fit
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings

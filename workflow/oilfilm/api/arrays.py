@@ -81,7 +81,7 @@ class ArrayFit:
         return replace(fit, warnings=tuple(soundness_warnings(self.soundness)))
 
     @property
-    def table(self) -> pd.DataFrame:
+    def campaign_points(self) -> pd.DataFrame:
         """The points as the table `points` of a campaign."""
         return self.tables.points.assign(oil=self.oil)
 
@@ -131,7 +131,7 @@ class ArrayFit:
         (quality,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.from_results(self.tables, _UNNAMED_OIL)
         config = read_config(CONFIG).model_copy(update={"fit": self.settings})
-        return verdict_of_fit(quality, fit, self.table, config)
+        return verdict_of_fit(quality, fit, self.campaign_points, config)
 
     @property
     def verdict(self) -> str:

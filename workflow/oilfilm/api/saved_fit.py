@@ -114,7 +114,7 @@ def as_campaign(
         for table_name in (*FIT_TABLES, *SURFACE_TABLES)
     }
     runs = _runs_table(fit, campaign_name)
-    results = CampaignTables.in_memory(points=fit.table, runs=runs, **table_by_name)
+    results = CampaignTables.in_memory(points=fit.campaign_points, runs=runs, **table_by_name)
     settings = _settings_of_table(fit, campaign_name)
     results = results.replace(**finished_fits(results, settings))
     source_file = Path(fit.source)
@@ -129,10 +129,10 @@ def as_campaign(
 
 def _runs_table(fit: ArrayFit, campaign_name: str) -> pd.DataFrame:
     """The table `runs` of a campaign, one row per curve; its set points are means."""
-    points_by_run = fit.table.groupby("run_id", sort=False)
+    points_by_run = fit.campaign_points.groupby("run_id", sort=False)
     runs = pd.DataFrame({"accepted_points": points_by_run.size(), "plateaus": points_by_run.size()})
     for column in SET_POINT_KEYS:
-        if column in fit.table:
+        if column in fit.campaign_points:
             runs[f"nominal_{column}"] = points_by_run[column].mean()
     runs = runs.reset_index().assign(
         campaign=campaign_name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source

@@ -68,7 +68,7 @@ class OpenLine:
         return yaml.safe_load(self.text.strip())[self.key]
 
     @property
-    def reason(self) -> str:
+    def what_is_asked(self) -> str:
         """What is to be filled in, in words."""
         return self.text.partition(FILL_IN)[2].lstrip(": ")
 
@@ -260,7 +260,7 @@ def _ask_about_settled_rows(
 def _answered_line(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) -> str:
     """The text of a line with the answer of a person; as it is where the answer is empty."""
     say(f"{line.file}, line {line.number}: {line.key}")
-    say(f"  {line.reason}")
+    say(f"  {line.what_is_asked}")
     indent = line.text[: len(line.text) - len(line.text.lstrip())]
     while True:
         answer = ask(f"  {_prompt(line)} (Enter: later) ").strip()

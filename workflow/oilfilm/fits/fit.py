@@ -28,8 +28,8 @@ from oilfilm.fits.fit_tables import (
     tables_of_fit,
     tables_without_fit,
 )
-from oilfilm.fits.objectives import robust_fit
 from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
+from oilfilm.fits.robust_fit import robust_fit
 from oilfilm.fits.uncertainty import (
     Estimates,
     calibration_refits,

@@ -19,8 +19,8 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import FixedCondition, fixed_from_text
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.interval import normal_quantile
-from oilfilm.fits.objectives import RobustFit, curve_agreement
 from oilfilm.fits.problem import Problem
+from oilfilm.fits.robust_fit import RobustFit, curve_agreement
 from oilfilm.fits.uncertainty import SENSORS, Estimates, Profiles
 from oilfilm.settings.config import FitSettings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -213,56 +213,54 @@ def _slip_or_log_speed_ratio(table: LoggedTable, meanings: Meanings) -> FloatArr
 def _tables_by_label(
     table: LoggedTable, label_columns: Sequence[_LabelColumn]
 ) -> list[LoggedTable]:
-    """A table for each combination of labels, in the order of their first rows."""
+    """A table for each run, in the order of their first rows."""
     if not label_columns:
         return [table.with_name("")]
     name_indices_of_row = pd.MultiIndex.from_arrays(
         [label_column.name_index_of_row for label_column in label_columns]
     )
-    combination_of_row, combinations = pd.factorize(name_indices_of_row)
-    texts_of_combinations = [
+    run_of_row, name_indices_of_runs = pd.factorize(name_indices_of_row)
+    labels_of_runs = [
         tuple(
             label_column.names[name_index]
-            for label_column, name_index in zip(label_columns, combination, strict=True)
+            for label_column, name_index in zip(label_columns, name_indices, strict=True)
         )
-        for combination in combinations
+        for name_indices in name_indices_of_runs
     ]
-    if len(texts_of_combinations) > _MOST_RUNS:
+    if len(labels_of_runs) > _MOST_RUNS:
         keys_in_words = ", ".join(repr(label_column.key) for label_column in label_columns)
         reason = (
-            f"the columns {keys_in_words} name {len(texts_of_combinations)} runs; expected at most "
+            f"the columns {keys_in_words} name {len(labels_of_runs)} runs; expected at most "
             f"{_MOST_RUNS}"
         )
         problem = base.Refusal("columns", reason, "Rename a column that names no runs.")
         return [replace(table, run_name="", problem=problem)]
-    label_count_in_name = _label_count_that_tells_apart(texts_of_combinations)
-    row_indices_of_parts = np.split(
-        np.argsort(combination_of_row, kind="stable"),
-        np.cumsum(np.bincount(combination_of_row))[:-1],
+    label_count_in_name = _label_count_that_tells_apart(labels_of_runs)
+    row_indices_of_runs = np.split(
+        np.argsort(run_of_row, kind="stable"), np.cumsum(np.bincount(run_of_row))[:-1]
     )
-    tables_of_parts: list[LoggedTable] = []
-    for texts, row_index in zip(texts_of_combinations, row_indices_of_parts, strict=True):
+    tables_of_runs: list[LoggedTable] = []
+    for labels, row_indices in zip(labels_of_runs, row_indices_of_runs, strict=True):
         keys = dict(table.keys)
-        for label_column, text in zip(label_columns, texts, strict=True):
+        for label_column, label in zip(label_columns, labels, strict=True):
             # the name of a run in its file need not differ from those of other files
-            if label_column.label_kind in ("oil", "rig") and text:
+            if label_column.label_kind in ("oil", "rig") and label:
                 stated = (
-                    keys.get(label_column.label_kind) or _stated_oil(label_column, keys) or text
+                    keys.get(label_column.label_kind) or _stated_oil(label_column, keys) or label
                 )
-                keys[label_column.label_kind] = _joined_texts(stated, text)
-        tables_of_parts.append(
-            table.select_rows(row_index, " ".join(texts[:label_count_in_name]), keys)
-        )
-    return tables_of_parts
+                keys[label_column.label_kind] = _joined_texts(stated, label)
+        run_name = " ".join(labels[:label_count_in_name])
+        tables_of_runs.append(table.select_rows(row_indices, run_name, keys))
+    return tables_of_runs
 
 
-def _label_count_that_tells_apart(combinations: Sequence[tuple[str, ...]]) -> int:
-    """Number of first columns whose texts tell all combinations apart."""
-    width = len(combinations[0])
-    for label_count in range(width):
-        if len({texts[:label_count] for texts in combinations}) == len(combinations):
+def _label_count_that_tells_apart(labels_of_runs: Sequence[tuple[str, ...]]) -> int:
+    """Number of first columns whose labels tell all runs apart."""
+    column_count = len(labels_of_runs[0])
+    for label_count in range(column_count):
+        if len({labels[:label_count] for labels in labels_of_runs}) == len(labels_of_runs):
             return label_count
-    return width
+    return column_count
 
 
 def _stated_oil(label_column: _LabelColumn, keys: Mapping[str, str]) -> str:
