@@ -38,7 +38,7 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.surface.effects import EFFECTS
-from oilfilm.surface.label_swap import swapped_temperatures
+from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.misreading import misread_runs
 from oilfilm.surface.steadiness import (
     LARGEST_CHANGES,
@@ -78,7 +78,7 @@ def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface
     """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
     surface = fitted_surface(campaign)
     change = largest_change(surface.misfit_covariance, campaign.order)
-    swap, misreading = swapped_temperatures(surface), misread_runs(surface)
+    swap, misreading = likeliest_swap(surface), misread_runs(surface)
     if misreading is not None and misreading.is_alarm:
         return "factor", misreading.is_misread.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):

@@ -2,6 +2,7 @@
 
 import re
 import shutil
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -66,6 +67,17 @@ def test_fit_beside_itself_has_the_ratio_one(folders: list[Path]) -> None:
     fit = oilfilm.read_fit(folders[0], "oil")
     comparison = side_by_side({"a": fit, "b": fit}, AT, [0.1])
     assert comparison["ratio"].tolist() == [1, 1]
+    # that the second one is the same fit is not known
+    assert comparison.loc[0, ["ratio_lower", "ratio_upper"]].tolist() == [1, 1]
+    assert comparison.loc[1, "ratio_lower"] < 1 < comparison.loc[1, "ratio_upper"]
+
+
+def test_fits_of_one_temperature_below_zero_are_compared_there(folders: list[Path]) -> None:
+    fit = oilfilm.read_fit(folders[0], "oil")
+    box = fit.coefficients.tested_box.copy()
+    box[list(fit.law.conditions).index("inlet_temperature_c")] = -10.0
+    cold = replace(fit, coefficients=replace(fit.coefficients, tested_box=box))
+    assert middle_of_tested({"a": cold, "b": cold}, {})["inlet_temperature_c"] == -10.0
 
 
 def test_command_names_campaigns_and_marks_what_was_not_tested(

@@ -147,6 +147,12 @@ def test_locked_log_does_not_end_the_watch(project: Path, monkeypatch: pytest.Mo
         assert looked(watcher) == []  # tried again, said once
     (line,) = looked(watcher)
     assert ACCEPTED in line
+    # a new verdict is due: that it is not possible is said again
+    put(project, "a.csv", GOOD + b"\n", minute=2)
+    with monkeypatch.context() as patch:
+        patch.setattr(watch, "read_bytes", denied)
+        (line,) = looked(watcher)
+        assert "a.csv: NOT JUDGED" in line
 
 
 WITHOUT_UNIX = """

@@ -10,7 +10,7 @@ import pandas as pd
 from campaigns import ROOT, printed
 from deng2026_study.audit.audit import printed_evidence
 from deng2026_study.audit.evidence import Evidence
-from deng2026_study.printed_constants import study_signs
+from deng2026_study.printed_constants import judge_signs
 from deng2026_study.reference import Claim, read_claims
 from deng2026_study.settings import NAME, study_settings
 from oilfilm.settings.resolved import Settings
@@ -25,7 +25,7 @@ PLAIN = [-0.02, 1.0, -0.5, -0.5, 0.5, 1.0, -0.5, -0.5, 30.0, 0.0, 0.0, 0.0]
 def sign_study(settings: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """The study of the lost signs as its rule runs it."""
     printed_settings = study_settings(settings).printed
-    return study_signs(printed(), settings.oils, printed_settings, settings.gates.traction_max)
+    return judge_signs(printed(), settings.oils, printed_settings, settings.gates.traction_max)
 
 
 def with_study(config: Settings, changes: Mapping[str, Any]) -> Settings:

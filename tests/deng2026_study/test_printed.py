@@ -9,6 +9,7 @@ import pytest
 from claim_evidence import sign_study
 from hypothesis import given
 from hypothesis import strategies as st
+from pydantic import ValidationError
 
 import deng2026_study
 import oilfilm
@@ -23,7 +24,7 @@ from deng2026_study.printed_constants import (
     squared_error,
     where_statements_hold,
 )
-from deng2026_study.settings import default_settings, study_settings
+from deng2026_study.settings import SignSettings, default_settings, study_settings
 from deng2026_study.study import describe_printed
 from oilfilm import tables
 from oilfilm.base.home import CONFIG
@@ -318,3 +319,10 @@ def test_every_export_says_how_sure_each_sign_is() -> None:
         # with the range of mu over the open ones; the ADORE form has no exponents
         assert "B1, B2, C2, C3" in re.sub(r"\s+\W*\s*", " ", text), file
         assert "adore" in file or "sign certain" in text, file
+
+
+def test_levels_without_whole_thirds_are_refused() -> None:
+    values = default_settings().printed.signs.model_dump()
+    assert SignSettings.model_validate({**values, "levels": 10}).levels == 10
+    with pytest.raises(ValidationError, match="8 levels have no thirds"):
+        SignSettings.model_validate({**values, "levels": 8})

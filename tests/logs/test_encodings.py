@@ -80,3 +80,17 @@ def test_log_of_a_country_is_read(language: str, encoding: str) -> None:
 def test_one_western_sign_is_western(sign: str) -> None:
     text = f"# note: {sign}\ntime_s,load_n\n0.0,80\n"
     assert encoding_of(text.encode("cp1252")) == "cp1252"
+
+
+@pytest.mark.parametrize("row_count", [1_000, 9_000, 12_000])
+def test_the_length_of_a_log_does_not_change_its_encoding(row_count: int) -> None:
+    # one word of the header; each row has a word of one letter and a word of more
+    text = "Время;Режим\n" + "1,5;в норме\n" * row_count
+    assert encoding_of(text.encode("cp1251")) == "cp1251"
+
+
+@pytest.mark.parametrize("encoding", ["utf-16-le", "utf-16-be"])
+def test_a_block_of_zeros_does_not_change_the_order_of_bytes(encoding: str) -> None:
+    rows = "time;load\n" + "0.5;80.0\n" * 30
+    first, second = rows[:5].encode(encoding), rows[5:].encode(encoding)
+    assert encoding_of(first + bytes(512) + second) == encoding

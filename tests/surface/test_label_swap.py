@@ -7,7 +7,7 @@ import pytest
 
 from lawless_truths import TRUTHS
 from oilfilm.surface import label_swap
-from oilfilm.surface.label_swap import swapped_temperatures
+from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
 
@@ -29,7 +29,7 @@ def surface_with_labels(truth, rows, seed):
 def test_exchanged_labels_are_found_with_the_right_temperatures(truth):
     rows = np.array([2, 11, 18, 22])
     surface, curves, true = surface_with_labels(truth, rows, 47)
-    swap = swapped_temperatures(surface)
+    swap = likeliest_swap(surface)
     assert swap is not None
     assert swap.is_alarm
     assert set(curves[swap.curve_indices].tolist()) == set(rows.tolist())
@@ -39,11 +39,11 @@ def test_exchanged_labels_are_found_with_the_right_temperatures(truth):
 @pytest.mark.parametrize("truth", ["own", "jt"])
 def test_right_labels_stay(truth):
     surface, *_ = surface_with_labels(truth, np.empty(0, dtype=np.int64), 48)
-    swap = swapped_temperatures(surface)
+    swap = likeliest_swap(surface)
     assert swap is None or not swap.is_alarm
 
 
 def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
     surface, *_ = surface_with_labels("own", np.array([2, 11]), 49)
     monkeypatch.setattr(label_swap, "LARGEST_DENSE", 10)
-    assert swapped_temperatures(surface) is None
+    assert likeliest_swap(surface) is None

@@ -8,7 +8,7 @@ from threadpoolctl import threadpool_limits
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS, rounded
 from oilfilm.surface import surface as surface_module
-from oilfilm.surface.label_swap import swapped_temperatures
+from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -173,7 +173,7 @@ def test_a_force_that_is_far_below_zero_in_half_of_the_runs_leaves_no_interval()
     prediction = surface.predict(asked, np.full(5, 0.05))
     assert np.isfinite(prediction.next_run_sd).all()
     assert (prediction.support_codes != 0).all()
-    swap = swapped_temperatures(surface)
+    swap = likeliest_swap(surface)
     assert swap is None or np.isfinite(swap.score)
 
 

@@ -217,7 +217,7 @@ class TractionOverBox:
         return self.peak / self.slope
 
 
-def study_signs(
+def judge_signs(
     constants_by_oil: Mapping[str, FloatArray],
     oils: Collection[str],
     settings: PrintedSettings,

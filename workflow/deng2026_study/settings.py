@@ -6,7 +6,7 @@
 from collections.abc import Iterator
 from typing import Annotated, Literal, Self
 
-from pydantic import Field, model_validator
+from pydantic import Field, field_validator, model_validator
 
 from oilfilm.base.studies import settings_file
 from oilfilm.bearing.kinematics import entrainment_speed_m_s, inner_slide_roll_ratio
@@ -25,25 +25,36 @@ class Boxes(Group):
     """Boxes of conditions."""
 
     tested: Box = key("Conditions that the paper tested.")
-    extrapolated: Box = key("Conditions that the paper's figures show.")
+    extrapolated: Box = key("Conditions of the paper's figures, beyond the tested ones too.")
 
 
 class SignSlips(Group):
     """Slide-roll ratios where a statement is judged."""
 
-    curve: _FewSlips = key("Of the whole curve.")
-    figures: _FewSlips = key("Of the figures.")
+    curve: _FewSlips = key("For statements on whole curves.")
+    figures: _FewSlips = key("For statements that hold at the slips of figures 8 and 9.")
 
 
 class SignSettings(Group):
     """The study of the signs that are lost in our copy of the paper."""
 
-    levels: int = key("Levels of each condition; steps in thirds.", ge=4, le=25)
+    levels: int = key(
+        "Levels of each condition, 4, 7, 10 or so on: thirds have whole steps.", ge=4, le=25
+    )
     slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")
     linear_r2_min: q.Share = key("R2 of a straight line that counts as linear.")
     decline_max: q.Share = key("Share of the peak that a slight decline may lose.")
-    near_best: float = key("Statements behind the best that still count as near it.", gt=0)
+    near_best: float = key("Fewer statements behind the best are near it.", gt=0)
     no_effect_max: q.Share = key("Change of mu over its largest value that counts as none.")
+
+    @field_validator("levels")
+    @classmethod
+    def _thirds_have_whole_steps(cls, levels: int) -> int:
+        if levels % 3 != 1:
+            raise contradiction(
+                (), f"{levels} levels have no thirds of whole steps; take 4, 7, 10."
+            )
+        return levels
 
 
 class PrintedSettings(Group):
@@ -69,7 +80,7 @@ class AuditSettings(Group):
     hot_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees flatter curves.")
     prediction_error: q.RelativeError = key("Relative error of mu that is a good prediction.")
     slow_and_fast_m_s: q.Band[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
-    film_min_um: float = key("Film thickness that the paper states.", unit="um", gt=0, le=100)
+    film_min_um: float = key("Films are thicker, as the paper states.", unit="um", gt=0, le=100)
     stress_law: LawOfConditions = key("Law that others are compared with.")
     property_laws: q.Filled[q.Name] = key("Laws with properties of the oil among their variables.")
     curve_error_max: q.RelativeError = key("Standard error of A, B, C of one curve, relative.")

@@ -5,7 +5,7 @@ from pathlib import Path
 import oilfilm.run.job as run
 from deng2026_study.audit.audit import audit_campaign
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
-from deng2026_study.printed_constants import judge_printed, study_signs
+from deng2026_study.printed_constants import judge_printed, judge_signs
 from deng2026_study.settings import study_settings
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import read_surface
@@ -18,7 +18,7 @@ with run.job(snakemake) as job:
     study = study_settings(job.settings)
     judged = judge_printed(job.input_tables.configured, constants, oils, study.printed)
     traction_max = job.settings.gates.traction_max
-    signs, verdicts = study_signs(constants, oils, study.printed, traction_max)
+    signs, verdicts = judge_signs(constants, oils, study.printed, traction_max)
     table_by_name = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
     if job.settings.campaign.twin:
         truth = truth_grid(job.settings, constants)

@@ -87,7 +87,7 @@ class Watcher:
         self._state_and_time_seen: dict[Path, tuple[FileState, float]] = {}
         # what each judged log was judged from: its state, and its rows of the run sheet
         self._judged_from: dict[Path, object] = {}
-        # the last line about each file or folder that could not be judged
+        # the line about each file or folder that could not be judged, when last looked at
         self._last_line_by_path: dict[Path, str] = {}
 
     def look(self) -> Iterator[str]:
@@ -126,6 +126,7 @@ class Watcher:
                 else:
                     verdict = self._verdict(path, rig_class, run_sheet)
                 self._judged_from[path] = judged_from
+                self._last_line_by_path.pop(path, None)
                 yield verdict
             except Exception as error:  # one log must not end the watch
                 # tried again: on Windows the program of the rig may hold the file
@@ -139,7 +140,7 @@ class Watcher:
         return "\n".join(verdict_lines(log_report))
 
     def _new_line(self, path: Path, line: str) -> Iterator[str]:
-        """A line about a file or folder, unless it is the last line about it."""
+        """A line about a file or folder that cannot be judged, unless it was the same before."""
         if self._last_line_by_path.get(path) != line:
             self._last_line_by_path[path] = line
             yield line

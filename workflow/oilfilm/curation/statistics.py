@@ -183,19 +183,19 @@ def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
         lengths = lengths[is_longer]
         if len(pending) == 0:
             return total
-        covariance = _covariance(residual, lengths, lag)
-        is_positive = covariance > 0
+        lagged_sums = _lagged_sums(residual, lengths, lag)
+        is_positive = lagged_sums > 0
         residual = residual[np.repeat(is_positive, lengths)]
         pending = pending[is_positive]
         lengths = lengths[is_positive]
-        total[pending] += covariance[is_positive]
+        total[pending] += lagged_sums[is_positive]
     stops = np.cumsum(lengths)
     for stretch, start, stop in zip(pending, stops - lengths, stops, strict=True):
-        total[stretch] = _sum_of_positive_lags(residual[start:stop])
+        total[stretch] = _sum_before_first_not_positive(residual[start:stop])
     return total
 
 
-def _covariance(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArray:
+def _lagged_sums(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArray:
     """Sum of the products of samples a lag apart, within each stretch longer than the lag."""
     products = np.zeros(len(residual))
     np.multiply(residual[:-lag], residual[lag:], out=products[:-lag])
@@ -206,13 +206,13 @@ def _covariance(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArr
     return np.add.reduceat(products, stops - lengths)
 
 
-def _sum_of_positive_lags(residual: FloatArray) -> float:
+def _sum_before_first_not_positive(residual: FloatArray) -> float:
     """Sum of the autocovariances of one stretch up to the first that is not positive."""
     total = 0.0
     for covariances in _autocovariances(residual):
-        is_ended = covariances <= 0
-        if is_ended.any():
-            return total + float(covariances[: np.argmax(is_ended)].sum())
+        is_not_positive = covariances <= 0
+        if is_not_positive.any():
+            return total + float(covariances[: np.argmax(is_not_positive)].sum())
         total += float(covariances.sum())
     return total
 
@@ -268,11 +268,11 @@ def rows_per_reading(values: FloatArray) -> int:
         >>> rows_per_reading(np.arange(20.0))
         1
     """
-    rows_of_holds = np.diff(np.flatnonzero(np.diff(values)))
-    if len(rows_of_holds) < _FEWEST_HOLDS:
+    hold_lengths = np.diff(np.flatnonzero(np.diff(values)))
+    if len(hold_lengths) < _FEWEST_HOLDS:
         return 1
-    rows_held = round(median(rows_of_holds))
-    share_of_equal = np.mean(np.abs(rows_of_holds - rows_held) <= 1)
+    rows_held = round(median(hold_lengths))
+    share_of_equal = np.mean(np.abs(hold_lengths - rows_held) <= 1)
     if rows_held < _SHORTEST_HOLD_ROWS or share_of_equal < _SMALLEST_SHARE_OF_EQUAL_HOLDS:
         return 1
     return rows_held
@@ -294,16 +294,16 @@ def is_noise(readings: FloatArray) -> bool:
         return False
     windows = np.lib.stride_tricks.sliding_window_view(readings, _READINGS_COMPARED)
     rounding = _CONVERSION_ROUNDING * np.abs(readings).max()
-    different_values = np.empty(len(windows), dtype=np.int64)
+    different_counts = np.empty(len(windows), dtype=np.int64)
     # in blocks: ten sorted readings for each one of a long log are too large
     for start in range(0, len(windows), _WINDOWS_AT_ONCE):
         block = slice(start, start + _WINDOWS_AT_ONCE)
         ranked = np.sort(windows[block], axis=1)
-        different_values[block] = (np.diff(ranked, axis=1) > rounding).sum(axis=1) + 1
+        different_counts[block] = (np.diff(ranked, axis=1) > rounding).sum(axis=1) + 1
     change = np.diff(readings)
     share_of_turns = np.mean(change[1:] * change[:-1] < 0)
     return bool(
-        median(different_values) >= _FEWEST_DIFFERENT and share_of_turns >= _SMALLEST_SHARE_OF_TURNS
+        median(different_counts) >= _FEWEST_DIFFERENT and share_of_turns >= _SMALLEST_SHARE_OF_TURNS
     )
 
 

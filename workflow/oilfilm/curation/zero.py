@@ -30,7 +30,7 @@ from oilfilm.settings.config import (
 DIRECTION = "direction"
 # The constants below say how speed and slope of a run are estimated. The limits that judge them are
 # in the configuration.
-# So many rows, whose slips differ by less than a step, are a signal and no settled readings.
+# So many rows, whose slips differ by less than half a step, are a signal and no settled readings.
 _FEWEST_ROWS_OF_SIGNAL = 100
 # Quantile of the speeds that stands for the speed of a run, without wild readings.
 _FASTEST_QUANTILE = 0.9
@@ -156,10 +156,10 @@ def moved_zero_refusal(
     last_phase_name = list(division.phases)[-1]
     last_phase = division.phases[last_phase_name]
     last_outputs = division.rest_signals[sensor.column][last_phase]
-    third_count = len(last_outputs) // 3
+    rows_of_third = len(last_outputs) // 3
     change = (
-        float(np.mean(last_outputs[-third_count:]) - np.mean(last_outputs[:third_count]))
-        if third_count
+        float(np.mean(last_outputs[-rows_of_third:]) - np.mean(last_outputs[:rows_of_third]))
+        if rows_of_third
         else 0.0
     )
     fields = {"sensor": sensor, "drift": zero.drift, "allowed": largest_drift}
@@ -195,11 +195,11 @@ def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[s
     guard_rows = round(settings.plateaus.guard_s / signals.interval_s)
     settle_rows = round(settings.plateaus.settle_s / signals.interval_s)
     sample_count = len(signals)
-    turning_index = np.flatnonzero(~_is_still(signals, settings))
-    if len(turning_index) == 0:
+    turning_indices = np.flatnonzero(~_is_still(signals, settings))
+    if len(turning_indices) == 0:
         first_turning_index, last_turning_index = 0, sample_count - 1
     else:
-        first_turning_index, last_turning_index = int(turning_index[0]), int(turning_index[-1])
+        first_turning_index, last_turning_index = int(turning_indices[0]), int(turning_indices[-1])
     phases = {"opening": slice(0, max(first_turning_index - guard_rows, 0))}
     closing = slice(min(last_turning_index + 1 + settle_rows, sample_count), sample_count)
     min_duration_s = settings.zero_reference.min_duration_s
@@ -285,8 +285,8 @@ def phase_of_curve_refusal(
         slip, slip_se = mean_with_error(phase_slips)
         # Student's distribution: the error of the mean of few readings is itself uncertain
         tail_probability = scipy.stats.norm.sf(significant_errors)
-        error_limit = float(scipy.stats.t.isf(tail_probability, max(len(phase_slips) - 1, 1)))
-        if abs(slip) <= error_limit * slip_se:
+        limit_in_errors = float(scipy.stats.t.isf(tail_probability, max(len(phase_slips) - 1, 1)))
+        if abs(slip) <= limit_in_errors * slip_se:
             continue
         slope = initial_slope(plateau_slips, plateau_mu, slip)
         removed_mu = abs(slope * slip)
@@ -323,15 +323,15 @@ def force_left_refusal(
         if short_phase_refusal(run.signals, phase, phase_name, min_duration_s) is None
     }
     threshold = curation.spikes.threshold
-    standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
+    zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
     is_rolling = slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
-    conditions = ["without slip"] * int(is_rolling.sum()) + list(phases)
-    force_n = np.append(plateaus["traction_force_n"][is_rolling], standstill.output)
-    error_n = np.append(force_error_n[is_rolling], standstill.output_se)
-    return _first_force_refusal(force_n, significant_errors * error_n, conditions, allowed_n)
+    places_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
+    force_n = np.append(plateaus["traction_force_n"][is_rolling], zero_at_standstill.output)
+    error_n = np.append(force_error_n[is_rolling], zero_at_standstill.output_se)
+    return _first_force_refusal(force_n, significant_errors * error_n, places_in_words, allowed_n)
 
 
 def force_in_rolling_refusal(
@@ -348,36 +348,34 @@ def force_in_rolling_refusal(
         curation: `zero_reference` and `spikes`.
         significant_errors: As for `force_left_refusal`.
     """
-    settings = curation.zero_reference
+    limits = curation.zero_reference
     judged_phases = {
         f"in the {phase_name} phase of pure rolling": phase
         for phase_name, phase in phases.items()
-        if short_phase_refusal(signals, phase, phase_name, settings.min_duration_s) is None
+        if short_phase_refusal(signals, phase, phase_name, limits.min_duration_s) is None
     }
     zero = zero_reference(signals, "traction_force_n", judged_phases, curation.spikes.threshold)
     tolerances_n = significant_errors * zero.output_se
-    return _first_force_refusal(
-        zero.output, tolerances_n, list(judged_phases), settings.max_drift_n
-    )
+    return _first_force_refusal(zero.output, tolerances_n, list(judged_phases), limits.max_drift_n)
 
 
 def _first_force_refusal(
-    force_n: FloatArray, tolerances_n: FloatArray, conditions: Sequence[str], allowed_n: float
+    force_n: FloatArray, tolerances_n: FloatArray, places_in_words: Sequence[str], allowed_n: float
 ) -> Refusal | None:
     """The refusal by the first force beyond what is allowed; None where all are within it.
 
     Args:
-        force_n: Forces where there should be none, shape (conditions,).
-        tolerances_n: What their noise explains, shape (conditions,).
-        conditions: The condition of each force, in words.
+        force_n: Forces where there should be none, shape (places,).
+        tolerances_n: What their noise explains, shape (places,).
+        places_in_words: Where in the run each force is.
         allowed_n: Largest force that is allowed.
     """
-    index_beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
-    if len(index_beyond) == 0:
+    indices_beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
+    if len(indices_beyond) == 0:
         return None
-    first_beyond = index_beyond[0]
+    first = indices_beyond[0]
     return refusal_by(
-        "zero_left", force=force_n[first_beyond], place=conditions[first_beyond], allowed=allowed_n
+        "zero_left", force=force_n[first], place=places_in_words[first], allowed=allowed_n
     )
 
 
@@ -391,12 +389,13 @@ def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal |
     # NaN where the log has no time
     interval_s = median(np.diff(signals.time_s))
     slip_step = median(np.abs(np.diff(signals["slide_roll_ratio"])))
+    least_step = settings.min_step / 2
     fields = dict(rows=len(signals), interval=interval_s, step=slip_step)
-    fields |= dict(least_s=settings.min_duration_s, least=settings.min_step)
+    fields |= dict(least_s=settings.min_duration_s, least=least_step)
     if interval_s > 0 and exceeds(settings.min_duration_s, interval_s):
         return refusal_by("no_settled_readings", "fast_rows", **fields)
     has_many_rows = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
-    if not interval_s > 0 and has_many_rows and slip_step < settings.min_step / 2:
+    if not interval_s > 0 and has_many_rows and slip_step < least_step:
         return refusal_by("no_settled_readings", "close_rows", **fields)
     return None
 
@@ -407,24 +406,24 @@ def _reverses_slip(signals: Signals) -> bool:
     return bool(np.isfinite(force_of_one_direction).any())
 
 
-def _largest_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> FloatArray:
-    """Largest force without slip: `max_drift_n`, or a share of the largest traction."""
+def _allowed_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> FloatArray:
+    """Allowed force without slip: `max_drift_n`, or a share of the largest traction."""
     largest_mu = float(np.nanmax(np.abs(plateaus["traction_coefficient"]), initial=0.0))
     share_n = settings.max_traction_share * largest_mu * plateaus["load_n"]
     return np.asarray(np.fmax(settings.max_drift_n, share_n))
 
 
-def _is_without_slip(plateaus: Columns, allowed_n: FloatArray) -> BoolArray:
+def _is_without_slip(plateaus: Columns, allowed_zero_n: FloatArray) -> BoolArray:
     """Mask of settled readings so near pure rolling that their traction is below a force."""
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
     slope = initial_slope(slip[slip != 0], mu[slip != 0], 0.0)
-    return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_n)
+    return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_zero_n)
 
 
 def shows_its_zero(run: Run, settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
-    is_rolling = _is_without_slip(run.plateaus, _largest_zero_n(run.plateaus, settings))
+    is_rolling = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
     differences, _ = differences_of_directions(run.plateaus)
     return bool(is_rolling.any() or len(differences) or _reverses_slip(run.signals))
 
@@ -443,13 +442,13 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     load_n = run.plateaus["load_n"]
-    largest_n = _largest_zero_n(run.plateaus, settings)
-    is_rolling = _is_without_slip(run.plateaus, largest_n)
+    allowed_zero_n = _allowed_zero_n(run.plateaus, settings)
+    is_rolling = _is_without_slip(run.plateaus, allowed_zero_n)
     # a reading with some slip may have as much traction of its own
-    allowed_n = largest_n * np.where(slip == 0, 1, 2)
-    index_beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
-    if len(index_beyond):
-        first_beyond = index_beyond[0]
+    allowed_n = allowed_zero_n * np.where(slip == 0, 1, 2)
+    indices_beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
+    if len(indices_beyond):
+        first_beyond = indices_beyond[0]
         return refusal_by(
             "zero_left",
             "zero_left_without_slip",
@@ -459,7 +458,7 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
             allowed=allowed_n[first_beyond],
         )
     offset_mu = zero_of_directions(run.plateaus)
-    allowed_mu = median(largest_n / load_n)
+    allowed_mu = median(allowed_zero_n / load_n)
     if abs(offset_mu) > allowed_mu:
         return refusal_by("zero_left", "zero_left_in_directions", mu=offset_mu, allowed=allowed_mu)
     return None
@@ -480,7 +479,7 @@ def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray
     Only slips that both directions reach are compared. Mu at positive slips is interpolated.
 
     Returns:
-        Both of shape (negative slips,).
+        Both of shape (shared negative slips,).
     """
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
@@ -501,8 +500,8 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
 
     The slope of a saturating curve falls exponentially. It is extrapolated from two chords: from
     that slip to the nearest level, and from there to the next level. It is at most ten times the
-    first chord. This limit holds too where the curve has saturated at its nearest level, or where
-    there is no next level.
+    first chord. Ten times the first chord is taken where the curve has saturated at its nearest
+    level, and where there is no next level.
 
     Args:
         slip: Slide-roll ratio of each plateau, shape (n,).

@@ -110,7 +110,7 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
     }
     lowest = max(smallest for smallest, _ in ranges.values())
     highest = min(largest for _, largest in ranges.values())
-    if not lowest <= highest * (1 + _SAME_LEVEL):
+    if not lowest <= highest + _SAME_LEVEL * abs(highest):
         tested_ranges = "; ".join(
             f"{label} {smallest:.4g} to {largest:.4g}"
             for label, (smallest, largest) in ranges.items()
@@ -119,9 +119,9 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
             f"the tested ranges of {condition_name} do not overlap ({tested_ranges}). "
             "Say where to compare."
         )
-    middle = (
-        (lowest + highest) / 2 if condition_name in LEAST_MAGNITUDE else np.sqrt(lowest * highest)
-    )
+    # values of these conditions may be 0 or below
+    has_no_logarithm = condition_name in LEAST_MAGNITUDE
+    middle = (lowest + highest) / 2 if has_no_logarithm else np.sqrt(lowest * highest)
     return float(f"{middle:.3g}")
 
 
@@ -134,7 +134,8 @@ def side_by_side(
     """mu of each fit at one operating point, and its ratio to the first fit, with their intervals.
 
     The intervals of mu are those of the next good run. The ratio is that of the runs where a pair
-    has one, else that of the two laws, which is never certain.
+    has one, else that of the two laws, which is never certain. The ratio of the first fit to itself
+    is 1.
 
     Args:
         fits: Fits by name.
@@ -165,6 +166,8 @@ def side_by_side(
             ratio = _ratio_by_runs(pair.ratio_or_obstacle, value_by_condition, slip)
         else:
             ratio = _ratio_by_laws(frame, frames[0])
+        if frame is frames[0]:
+            ratio = ratio.assign(ratio=1.0, ratio_lower=1.0, ratio_upper=1.0)
         frame[ratio.columns] = ratio
     return pd.concat(frames, ignore_index=True)
 
@@ -209,11 +212,11 @@ def _ratio_by_runs(
     frame = pd.DataFrame(columns)
     frame[is_rolling] = np.nan
     is_known = ~prediction.is_outside
-    higher = is_known & (frame["ratio_lower"] > 1)
-    lower_than_base = is_known & (frame["ratio_upper"] < 1)
+    is_certainly_higher = is_known & (frame["ratio_lower"] > 1)
+    is_certainly_lower = is_known & (frame["ratio_upper"] < 1)
     return frame.assign(
         ratio_of="runs",
         ratio_support=np.where(is_rolling, Support.SUPPORTED, prediction.support_codes),
         ratio_outside=prediction.is_outside & ~is_rolling,
-        certain=np.select([higher, lower_than_base], ["higher", "lower"], ""),
+        certain=np.select([is_certainly_higher, is_certainly_lower], ["higher", "lower"], ""),
     )

@@ -19,7 +19,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.config import ChangeSizeSettings, SteadinessSettings
 from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
-from oilfilm.surface.label_swap import LabelSwap, swapped_temperatures
+from oilfilm.surface.label_swap import LabelSwap, likeliest_swap
 from oilfilm.surface.misreading import Misreading, misread_runs
 from oilfilm.surface.steadiness import (
     Change,
@@ -163,7 +163,7 @@ def change_columns(
     limits = limits_of(settings)
     covariance, position_in_time = campaign.surface.misfit_covariance, campaign.position_in_time
     change = largest_change(covariance, position_in_time, members_by_label, limits)
-    swap = swapped_temperatures(campaign.surface, campaign.errors, limits)
+    swap = likeliest_swap(campaign.surface, campaign.errors, limits)
     misreading = misread_runs(campaign.surface, members_by_label, campaign.errors, limits)
     alarms: list[tuple[float, dict[str, Any]]] = []
     if change is not None and change.is_alarm:

@@ -21,7 +21,7 @@ from oilfilm.logs.log_kind import LoggedColumn, LogKind, UsableLog, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
-from oilfilm.logs.text_rows import DAY
+from oilfilm.logs.text_rows import DATE
 from oilfilm.settings.resolved import Settings
 
 # Limits of what the columns of a log can hold. They belong to reading, before a campaign is judged
@@ -336,7 +336,7 @@ def _statements(keys: Mapping[str, str]) -> tuple[str, ...]:
     for key, text in sorted(keys.items()):
         if not text or key in _KEYS_WITH_COLUMN:
             continue
-        day = DAY.match(text)
+        day = DATE.match(text)
         value = day[0] if day else text
         statements.append(printable(f"{key[:40]}={value[:60]}"))
     return tuple(statements[:_MOST_STATED_KEYS])

@@ -27,7 +27,8 @@ HEAD_BYTES = 1 << 16
 _EMPTY_LINES = re.compile(rb"\n\n+")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
 # UTF-16 has no four zeros in a row.
-_ZERO_BLOCK = re.compile(rb"\0{4,}")
+# An even number of zeros: beside a block, half of a character in UTF-16 may be zero.
+_ZERO_BLOCK = re.compile(rb"(?:\0\0){2,}")
 _UTF8_MARK = b"\xef\xbb\xbf"
 _UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
 # The encoding is judged by so many sequences of bytes of 128 and above.
@@ -41,7 +42,7 @@ _WESTERN_LETTERS = re.compile(
 )
 # Encodings that the letters decide: Japanese, Russian, traditional Chinese, central European.
 _DETECTABLE_ENCODINGS = ["gb18030", "cp932", "cp1251", "koi8_r", "big5", "cp1250"]
-_BYTES_DETECTED = 1 << 16
+_MOST_BYTES_DETECTED = 1 << 16
 # Nearly all Chinese characters in use are in level 1 of GB 2312. Level 2 begins with this byte.
 _FIRST_BYTE_OF_GB2312 = 0xA1
 _FIRST_BYTE_OF_LEVEL_2 = 0xD8
@@ -72,18 +73,19 @@ def encoding_of(content: bytes) -> str:
     with suppress(UnicodeDecodeError):
         content.decode("utf-8")
         return "utf-8"
-    matches = islice(_HIGH_BYTES.finditer(content), _SEQUENCES_SEARCHED)
+    matches = list(islice(_HIGH_BYTES.finditer(content), _SEQUENCES_SEARCHED))
     sequences = [match[0] for match in matches]
     letters_as_utf8 = b" ".join(sequences).decode("utf-8", "replace").replace(" ", "")
     if letters_as_utf8.count("\ufffd") <= len(letters_as_utf8) / 2:
         return "utf-8"
     chinese_count = sum(map(_is_common_chinese, sequences))
     # damaged bytes are sequences of their own
-    damaged_count = max(len(sequences) // 10, min(len(sequences) // 3, 1))
-    needed_count = len(sequences) - damaged_count
+    tolerated_count = max(len(sequences) // 10, min(len(sequences) // 3, 1))
+    needed_count = len(sequences) - tolerated_count
     if chinese_count >= needed_count:
         return "gb18030"
-    western_count = sum(1 for _ in islice(_WESTERN_LETTERS.finditer(content), _SEQUENCES_SEARCHED))
+    end_of_sequences = matches[-1].end()
+    western_count = sum(1 for _ in _WESTERN_LETTERS.finditer(content, 0, end_of_sequences))
     if western_count >= needed_count:
         return "cp1252"
     detected_encoding = _detected_encoding(content)
@@ -103,7 +105,7 @@ def _detected_encoding(content: bytes) -> str:
     # imported where needed: most logs are ASCII or UTF-8
     from charset_normalizer import from_bytes  # noqa: PLC0415
 
-    lines = content[:_BYTES_DETECTED].splitlines()
+    lines = content[:_MOST_BYTES_DETECTED].splitlines()
     lines_with_letters = [line for line in lines if not line.isascii()]
     best_match = from_bytes(
         b"\n".join(lines_with_letters), cp_isolation=_DETECTABLE_ENCODINGS
@@ -124,7 +126,8 @@ def normalised(content: bytes, encoding: str | None = None) -> bytes:
 
     Args:
         content: The file's bytes, or the first of them.
-        encoding: Its encoding; the most likely one if not given.
+        encoding: Its encoding; the most likely one if not given. `ascii` is also for a text that is
+            UTF-8 already.
     """
     encoding = encoding or encoding_of(content)
     if encoding != "ascii":
@@ -146,7 +149,7 @@ def count_rows(text: bytes, start: int = 0) -> int:
 
 _BLOCK_BYTES = 1 << 22
 # Marks between thousands that no country uses as a decimal mark.
-_BLANK_GROUPS = r"(?<=\d)[ \u00a0\u202f'\u2019](?=\d{3}(?!\d))"
+_MARK_BETWEEN_THOUSANDS = r"(?<=\d)[ \u00a0\u202f'\u2019](?=\d{3}(?!\d))"
 
 
 @dataclass(frozen=True)
@@ -219,12 +222,12 @@ class TextTable:
         misfit_row_numbers: list[int] = []
         (cells,) = self._cells(ended_rows, [column_index], arrow.binary(), misfit_row_numbers)
         # few texts differ: one object for each
-        cells_by_code = cells.combine_chunks().dictionary_encode()
+        encoded_cells = cells.combine_chunks().dictionary_encode()
         different_texts = [
             cell.decode("utf-8", "replace").strip(' "')
-            for cell in cells_by_code.dictionary.to_pylist()
+            for cell in encoded_cells.dictionary.to_pylist()
         ]
-        codes = cells_by_code.indices.to_numpy()
+        codes = encoded_cells.indices.to_numpy()
         texts[self._has_all_cells(misfit_row_numbers)] = np.array(different_texts, dtype=object)[
             codes
         ]
@@ -321,7 +324,7 @@ class TextTable:
     def _parsed_cell_by_cell(self, cells: "pd.Series[Any]") -> FloatArray:
         """Numbers of raw cells; NaN where a cell holds anything else."""
         texts = cells.map(lambda cell: cell.decode("utf-8", "replace").strip(' "'), "ignore")
-        texts = texts.str.replace(_BLANK_GROUPS, "", regex=True)
+        texts = texts.str.replace(_MARK_BETWEEN_THOUSANDS, "", regex=True)
         other_mark = "," if self.decimal_mark == "." else "."
         if self.group_mark:
             grouped_number = rf"[-+]?\d{{1,3}}(?:\{other_mark}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
@@ -340,7 +343,7 @@ _DATE = r"(?P<date>\d{4}([-/.])\d{1,2}\2\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})"
 _TIME_OF_DAY = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
 _TIME_ZONE = r"\s?(?:Z|(?P<zone_h>[+-]\d\d)(?::?(?P<zone_min>\d\d))?)?"
 _TIME_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_TIME_OF_DAY}{_TIME_ZONE}")
-DAY = re.compile(_DATE)
+DATE = re.compile(_DATE)
 _NUMBER_FIELDS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
 _S_PER_DAY = 86_400.0
 _S_PER_HOUR = 3_600.0
@@ -353,7 +356,7 @@ def is_stamp(cell: str) -> bool:
 
 def is_date(cell: str) -> bool:
     """Whether a cell holds a date alone."""
-    return DAY.fullmatch(cell) is not None
+    return DATE.fullmatch(cell) is not None
 
 
 def seconds_of_stamps(
@@ -376,11 +379,11 @@ def seconds_of_stamps(
     fields["s"] = fields["s"].str.replace(",", ".")
     number_fields = fields[_NUMBER_FIELDS_OF_STAMP].astype(float)
     number_fields = number_fields.fillna({"s": 0.0, "zone_h": 0.0, "zone_min": 0.0})
-    zone_min = 60 * number_fields["zone_h"] + np.copysign(
+    zone_offset_min = 60 * number_fields["zone_h"] + np.copysign(
         number_fields["zone_min"], number_fields["zone_h"]
     )
     local_s = number_fields["h"] * _S_PER_HOUR + number_fields["min"] * 60 + number_fields["s"]
-    time_s: FloatArray = (local_s - 60 * zone_min).to_numpy(np.float64, copy=True)
+    time_s: FloatArray = (local_s - 60 * zone_offset_min).to_numpy(np.float64, copy=True)
     days = _days(fields["date"] if dates is None else dates)
     has_dates = bool(np.isfinite(days).any())
     if has_dates:
@@ -398,7 +401,7 @@ def seconds_of_stamps(
 
 def _days(texts: "pd.Series[str]") -> FloatArray:
     """Days since 1970, shape (rows,); NaN where a cell holds no date."""
-    dates = texts.where(texts.str.fullmatch(DAY, na=False)).str.replace("[/.]", "-", regex=True)
+    dates = texts.where(texts.str.fullmatch(DATE, na=False)).str.replace("[/.]", "-", regex=True)
     year_first = pd.to_datetime(dates, format="%Y-%m-%d", errors="coerce")
     day_first = pd.to_datetime(dates, format="%d-%m-%Y", errors="coerce")
     days = (year_first.fillna(day_first) - pd.Timestamp(0)) / pd.Timedelta(days=1)

@@ -19,7 +19,7 @@ def write_csv(frame: pd.DataFrame, path: Path) -> None:
 
 
 def _joined(value: object) -> object:
-    """The texts of a list in one cell; other values as they are."""
+    """The texts of a tuple in one cell; other values as they are."""
     return "; ".join(value) if isinstance(value, tuple) else value
 
 

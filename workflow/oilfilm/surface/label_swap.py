@@ -56,7 +56,7 @@ class LabelSwap:
 
 
 @with_one_blas_thread
-def swapped_temperatures(
+def likeliest_swap(
     surface: Surface, errors: RunErrorSizes | None = None, limits: SteadinessLimits | None = None
 ) -> LabelSwap | None:
     """The exchange of temperatures that explains most; None if no exchange explains anything.
@@ -74,15 +74,15 @@ def swapped_temperatures(
     if run_count > LARGEST_DENSE:
         return None
     as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
-    likeliest = present = as_labelled
+    likeliest = current = as_labelled
     for _ in range(_ROUNDS):
-        proposed_conditions = _likeliest_conditions(present)
+        proposed_conditions = _likeliest_conditions(current)
         if proposed_conditions is None:
             break
         # a round may be worse before the next one is better
-        present = present.fitted_to(replace(present.measurements, conditions=proposed_conditions))
-        if present.objective < likeliest.objective:
-            likeliest = present
+        current = current.fitted_to(replace(current.measurements, conditions=proposed_conditions))
+        if current.objective < likeliest.objective:
+            likeliest = current
     moved_curves = np.flatnonzero(
         _is_moved(
             conditions_as_read, likeliest.measurements.conditions, surface.measurements.level_widths
@@ -130,9 +130,9 @@ def _likeliest_conditions(relabelled: Relabelled) -> FloatArray | None:
     conditions = relabelled.measurements.conditions
     temperatures = conditions[suspect_curves, _TEMPERATURE]
     log_density = _log_densities(relabelled, suspect_curves, temperatures)
-    _, temperature_of_suspect = scipy.optimize.linear_sum_assignment(-log_density)
+    _, temperature_index_of_suspect = scipy.optimize.linear_sum_assignment(-log_density)
     proposed_conditions = conditions.copy()
-    proposed_conditions[suspect_curves, _TEMPERATURE] = temperatures[temperature_of_suspect]
+    proposed_conditions[suspect_curves, _TEMPERATURE] = temperatures[temperature_index_of_suspect]
     is_moved = _is_moved(conditions, proposed_conditions, relabelled.measurements.level_widths)
     proposed_conditions[~is_moved] = conditions[~is_moved]
     return proposed_conditions if is_moved.any() else None
@@ -190,7 +190,7 @@ def _log_densities_of_run(
     The curve is copied to each temperature, and all copies are reduced at once.
 
     Args:
-        relabelled: The points with the present temperatures.
+        relabelled: The points with the temperatures of this round.
         remaining: The curves that predict this one.
         curve_index: Index of the curve.
         temperatures: Temperatures, in degC, shape (temperatures,).
@@ -203,20 +203,21 @@ def _log_densities_of_run(
     law = relabelled.surface.law
     curves = reduced_curves(copies, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
     every_coordinate = curves.select_coordinates(np.arange(len(curves.departure)))
-    across = smooth_covariance(covariance, every_coordinate, remaining.coordinates)
+    cross_covariance = smooth_covariance(covariance, every_coordinate, remaining.coordinates)
     whitened_across = scipy.linalg.solve_triangular(
-        remaining.covariance_factor, across.T, lower=True
+        remaining.covariance_factor, cross_covariance.T, lower=True
     )
-    error = curves.departure - across @ remaining.weights
+    error = curves.departure - cross_covariance @ remaining.weights
     log_densities = []
     for coordinate_indices in coordinates_by_group(
         curves.curve_of_coordinate, np.arange(len(temperatures))
     ):
         curve_copy = curves.select_coordinates(coordinate_indices)
-        explained = whitened_across[:, coordinate_indices]
+        whitened_across_copy = whitened_across[:, coordinate_indices]
         scaled_effects = curves.effects[coordinate_indices] * sizes.effects
         curve_covariance = (
-            smooth_covariance(covariance, curve_copy, curve_copy) - explained.T @ explained
+            smooth_covariance(covariance, curve_copy, curve_copy)
+            - whitened_across_copy.T @ whitened_across_copy
         )
         curve_covariance += scaled_effects @ scaled_effects.T
         curve_covariance += sizes.noise**2 * np.eye(len(coordinate_indices))
