@@ -233,9 +233,9 @@ def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) 
     # a gain that is off by 1 % is nearly all there is
     half_width = (float(prediction.mean_ci_upper) - float(prediction.mean_ci_lower)) / 2
     assert half_width / float(prediction.traction_coefficient) == pytest.approx(0.0196, rel=0.05)
-    # the table of points keeps the calibration, too: 1 % of the load
-    load_error = fit.campaign_points["load_systematic_n"] / fit.campaign_points["load_n"]
-    np.testing.assert_allclose(load_error, calibration["load_relative"], atol=0)
+    # a load that is not known stays so
+    assert fit.campaign_points["load_n"].isna().all()
+    assert fit.tables.fit_quality[["tested_min_load_n", "tested_max_load_n"]].isna().all(axis=None)
     # the next run has the same calibration, which its interval does not contain
     prediction_without = oilfilm.fit(*columns, **QUICK).predict(1.0, 25, 50, 0.05)
     assert float(prediction.obs_ci_upper) == float(prediction_without.obs_ci_upper)
@@ -332,3 +332,45 @@ def test_twelve_runs_with_scattered_loads_are_not_called_changed(seed: int) -> N
         points += [(*condition, slip_of_point) for slip_of_point in slip]
     fit = oilfilm.fit(*np.transpose(points), np.concatenate(mu), **QUICK)
     assert fit.soundness["campaign_verdict"] == "steady"
+
+
+@pytest.mark.parametrize("missing", [None, float("nan"), ""])
+def test_a_point_without_the_name_of_its_run_is_refused(
+    points: pd.DataFrame, missing: object
+) -> None:
+    names = points.groupby(["P", "U", "T"], sort=False).ngroup().astype(object)
+    names[7] = missing
+    with pytest.raises(oilfilm.OilfilmError, match=r"names no run for 1 of 132 .* is number 8"):
+        oilfilm.fit(*(points[name] for name in points), curve=names, **QUICK)
+
+
+def test_a_name_that_several_conditions_share_is_doubted(points: pd.DataFrame) -> None:
+    with pytest.warns(UserWarning, match="2 of 2 curves have points at several conditions"):
+        fit = oilfilm.fit(*(points[name] for name in points), curve=points["T"], **QUICK)
+    assert any("these names do not mean runs" in note for note in fit.notes)
+
+
+def test_a_level_that_the_next_run_does_not_have_is_told(fitted: ArrayFit) -> None:
+    with pytest.warns(UserWarning, match=r"has the level 0.923, .* not 0.99"):
+        fitted.predict(1.2, 30, 70, 0.05, level=0.99)
+
+
+@pytest.mark.parametrize("coldest_c", [-10.0, 0.0, 0.5])
+def test_cold_tests_are_fitted_where_the_law_has_a_value(coldest_c: float) -> None:
+    temperatures = coldest_c + np.array([0.0, 30.0, 70.0])
+    grid = np.meshgrid([1.0, 1.25, 1.5], [25, 32, 40], temperatures, [0.01, 0.03, 0.1, 0.3])
+    mu = 0.04 * np.exp(-0.01 * grid[2]) * np.tanh(grid[3] / 0.02)
+    fit = oilfilm.fit(*grid, mu, law="deng-exponential", **QUICK)
+    assert fit.law.coefficients.tested_box[2].tolist() == [temperatures[0], temperatures[-1]]
+    prediction = fit.predict(1.25, 32, coldest_c, 0.03)
+    assert not prediction.outside
+    truth = 0.04 * np.exp(-0.01 * coldest_c) * np.tanh(0.03 / 0.02)
+    assert float(prediction.obs_ci_lower) < truth < float(prediction.obs_ci_upper)
+
+
+def test_tests_at_one_temperature_below_zero_have_a_surface() -> None:
+    grid = np.meshgrid([1.0, 1.25, 1.5], [25, 32, 40], [-10.0], [0.01, 0.03, 0.1, 0.3])
+    mu = 0.04 * np.sqrt(grid[0]) * np.tanh(grid[3] / 0.02)
+    fit = oilfilm.fit(*grid, mu, **QUICK)
+    assert not fit.tables.surfaces.empty
+    assert np.isfinite(fit.predict(1.25, 32, -10.0, 0.05).obs_ci_upper)

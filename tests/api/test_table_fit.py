@@ -1,5 +1,6 @@
 """A table of mu in many dialects: planted constants come back, or the true reason is told."""
 
+import json
 import shlex
 from functools import partial
 from pathlib import Path
@@ -8,6 +9,7 @@ import numpy as np
 import pandas as pd
 import polars
 import pyarrow
+import pyarrow.parquet
 import pytest
 
 import oilfilm
@@ -192,3 +194,79 @@ def test_command_prints_plots_and_saves_what_predict_reads(
     assert mu == pytest.approx(float(true), rel=0.01)
     assert main(["fit", str(table), "--save", str(saved)]) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+@pytest.fixture(scope="module")
+def labelled(points: pd.DataFrame) -> pd.DataFrame:
+    """The points with an oil and with the name of each run."""
+    run_number = points.groupby(CONDITIONS, sort=False).ngroup()
+    return points.assign(oil="PAO 4, batch 2", curve="run " + run_number.astype(str))
+
+
+@pytest.mark.parametrize("remark_column", [0, 5])
+def test_labels_are_those_of_their_columns_beside_cells_with_a_comma(
+    labelled: pd.DataFrame, tmp_path: Path, remark_column: int
+) -> None:
+    table = labelled.copy()
+    remarks = np.where(np.arange(len(table)) % 2, "warm, humid", "dry")
+    table.insert(remark_column, "remark", remarks)
+    file = tmp_path / "mu.csv"
+    table.to_csv(file, index=False)
+    read = read_mu_table(file).points
+    sliding = labelled[labelled[SLIP] >= 0]
+    assert read["oil"].tolist() == sliding["oil"].tolist()
+    assert read["curve"].tolist() == sliding["curve"].tolist()
+
+
+@pytest.mark.parametrize("label", ["oil", "curve"])
+def test_a_row_without_its_label_is_refused(labelled: pd.DataFrame, label: str) -> None:
+    # as below the first row of merged cells
+    table = labelled.copy()
+    table.loc[1, label] = None
+    with pytest.raises(oilfilm.OilfilmError, match=f"1 of 64 rows name no {label}"):
+        read_mu_table(table)
+
+
+def test_sheets_of_which_one_names_no_curves_are_refused(
+    labelled: pd.DataFrame, tmp_path: Path
+) -> None:
+    file = tmp_path / "mu.xlsx"
+    with pd.ExcelWriter(file) as writer:
+        labelled.to_excel(writer, sheet_name="june", index=False)
+        labelled.drop(columns="curve").to_excel(writer, sheet_name="july", index=False)
+    with pytest.raises(oilfilm.OilfilmError, match="its sheets have different columns"):
+        read_mu_table(file)
+
+
+def test_a_condition_of_all_rows_is_none_that_the_table_has(points: pd.DataFrame) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match="it has the inlet temperature, and another"):
+        oilfilm.fit_table(points, at={"inlet_temperature_c": 300.0}, **QUICK)
+    with pytest.raises(oilfilm.OilfilmError, match="found the key 'inlet_temp'"):
+        oilfilm.fit_table(points, at={"inlet_temp": 300.0}, **QUICK)
+
+
+@pytest.mark.parametrize("mu_has_sign", [True, False])
+def test_a_reversed_force_is_told(points: pd.DataFrame, mu_has_sign: bool) -> None:
+    backwards = points.assign(**{SLIP: -points[SLIP]})
+    if mu_has_sign:
+        backwards[MU] *= -1
+    reversed_force = pd.concat([points, backwards]).assign(**{MU: lambda table: -table[MU]})
+    with pytest.raises(oilfilm.OilfilmError, match="at positive slip 56 have a negative mu"):
+        read_mu_table(reversed_force)
+
+
+def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_path: Path) -> None:
+    text, parquet = tmp_path / "mu.csv", tmp_path / "mu.parquet"
+    text.write_text("# simulated: yes\n" + points.to_csv(index=False), encoding="utf-8")
+    oilfilm.fit_table(text, **QUICK).save(tmp_path / "june")
+    table = pyarrow.Table.from_pandas(points)
+    footer = json.dumps({"data": "simulated"})
+    pyarrow.parquet.write_table(table.replace_schema_metadata({"oilfilm": footer}), parquet)
+    for simulated, fit in (
+        (True, oilfilm.fit_table(parquet, **QUICK)),
+        (True, oilfilm.fit_table(points, simulated=True, **QUICK)),
+        (False, oilfilm.fit_table(points, **QUICK)),
+    ):
+        assert fit.simulated == simulated
+    for file in ("report.html", "summary.txt", "exports/oil/traction_oil.py"):
+        assert "SIMULATED" in (tmp_path / "june" / file).read_text(encoding="utf-8")

@@ -1,6 +1,7 @@
 """Predictions: the interval is the spread of refits, the box is tested, mu is known on lines."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from hypothesis import strategies as st
 import oilfilm
 from campaigns import Campaign, printed
 from fit_points import LAW, make_points, matrix
+from measured_surfaces import with_measured_surface
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.predict import prediction
 from oilfilm.fits.conditions import (
@@ -21,8 +23,9 @@ from oilfilm.fits.conditions import (
     followed_conditions,
 )
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.fitted import Coefficients, FittedLaw, predict
-from oilfilm.fits.interval import Band
+from oilfilm.fits.fitted import Coefficients, FittedLaw, given_surface, predict
+from oilfilm.fits.interval import Band, normal_quantile
+from oilfilm.fits.measured_surface import Contact
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -351,3 +354,63 @@ def test_spacings_are_steps_to_the_nearest_of_all_tested_conditions():
     assert spacings[0] == 0
     assert np.isnan(spacings[1])
     np.testing.assert_allclose(spacings[2:], expected[2:], rtol=1e-12)
+
+
+# ---------------------------------------------------------------- the law beside the surface
+
+
+@pytest.fixture(scope="module")
+def few_conditions(config: Settings) -> FittedLaw:
+    """A law with the surface of runs at eight conditions, which allow a level of 89 %."""
+    points = make_points("4050", matrix([1.0, 1.5], [25.0, 40.0], [50.0, 120.0]), noise=1e-4)
+    exact = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
+    return with_measured_surface(exact, points, config.surface)
+
+
+AT_POINT = np.array([[1.25, 32.0, 80.0]]), np.array([0.05])
+
+
+def test_error_of_the_form_is_the_surface_without_its_runs(few_conditions: FittedLaw) -> None:
+    surface = few_conditions.surface
+    assert surface is not None
+    assert few_conditions.interval_level() == pytest.approx(8 / 9)
+    predicted = surface.surface.predict(*AT_POINT)
+    run_sd = 0.5 * float(predicted.next_run_sd[0])
+    factor = surface.factors.point / normal_quantile(surface.factors.level)
+    law = replace(few_conditions, coefficients=replace(few_conditions.coefficients, run_sd=run_sd))
+    distance = np.log(predicted.mu[0] / law.traction(*AT_POINT)[0])
+    form_variance = (factor * predicted.next_run_sd[0]) ** 2 - run_sd**2
+    expected = np.sqrt(form_variance + distance**2)
+    assert law.form_error(*AT_POINT, 1.0)[0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_law_that_does_not_fit_is_as_far_from_the_surface_as_it_is(
+    few_conditions: FittedLaw,
+) -> None:
+    # mu of the law is twice that of the surface, whether or not the surface answers instead
+    constants = few_conditions.coefficients.constants * np.where(np.arange(12) % 8 == 0, 2.0, 1.0)
+    wrong = replace(
+        few_conditions, coefficients=replace(few_conditions.coefficients, constants=constants)
+    )
+    surface = few_conditions.surface
+    assert surface is not None
+    answered_by_surface = replace(
+        wrong, read_surface=partial(given_surface, replace(surface, no_law_fits=True))
+    )
+    distance = abs(np.log(wrong.traction(*AT_POINT)[0] / surface.surface.predict(*AT_POINT).mu[0]))
+    assert distance > 0.3
+    for law in (wrong, answered_by_surface):
+        assert law.form_error(*AT_POINT, 1.0)[0] >= distance
+
+
+def test_a_law_of_load_on_two_contacts_has_no_interval(few_conditions: FittedLaw) -> None:
+    """The load gives no pressure, so that the surface says nothing of it."""
+    surface = few_conditions.surface
+    assert surface is not None
+    two_contacts = replace(surface, contact=Contact(np.nan))
+    law = replace(
+        FittedLaw(LAWS["wang-deng-load"], Coefficients.bare(LAWS["wang-deng-load"], np.ones(12))),
+        read_surface=partial(given_surface, two_contacts),
+    )
+    assert law.surface is None
+    assert replace(few_conditions, read_surface=law.read_surface).surface is not None

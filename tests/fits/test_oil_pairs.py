@@ -1,6 +1,7 @@
 """Two oils by their runs: which pairs have a ratio, and why others have none."""
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -8,9 +9,11 @@ import pytest
 
 from fit_points import LAW, accepted_points
 from lawless_truths import DENG_CONSTANTS, TRUTHS
+from measured_surfaces import with_measured_surface
 from oilfilm.base.errors import OilfilmError
-from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.fitted import Coefficients, FittedLaw, given_surface
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, oil_pair
+from oilfilm.settings.resolved import Settings
 from oilfilm.surface.ratio import RatioSurface
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, to_constants
@@ -48,6 +51,22 @@ def test_a_planted_ratio_is_found_by_pairs_of_runs_whatever_their_names_are() ->
         again.ratio_or_obstacle.predict(at, slip).ratio[0]
         == pair.ratio_or_obstacle.predict(at, slip).ratio[0]
     )
+
+
+def test_oils_whose_runs_are_on_several_rigs_have_a_ratio(config: Settings) -> None:
+    conditions = grid(PRESSURES, ends(SPEEDS), ends(TEMPERATURES))
+    first, second = oil(1.0, conditions, 72), oil(1.2, conditions[: len(CORNERS)], 73)
+    surface_settings = config.surface
+    measured = with_measured_surface(FIT, first.points, surface_settings, "oil")
+    assert measured.surface is not None
+    run_count = len(measured.surface.run_ids)
+    on_two_rigs = replace(
+        measured.surface.assumptions, rig_name_of_run=("a", "b") * (run_count // 2)
+    )
+    surface = replace(measured.surface, assumptions=on_two_rigs)
+    fit = replace(measured, read_surface=partial(given_surface, surface))
+    pair = oil_pair(replace(first, fit=fit), second)
+    assert isinstance(pair.ratio_or_obstacle, RatioSurface)
 
 
 def test_few_common_conditions_give_no_ratio() -> None:

@@ -18,6 +18,18 @@ def test_effects_of_a_power_law_are_its_exponents():
     assert temperature == pytest.approx(-0.01)
 
 
+def test_a_power_of_a_temperature_near_zero_has_a_slope():
+    def log_mu(conditions, slip):
+        assert np.all(conditions[:, 2] > 0)
+        return -0.5 * np.log(conditions[:, 2])
+
+    conditions = np.array([[1.0, 20.0, 0.5], [1.0, 20.0, 1.0], [1.0, 20.0, 50.0]])
+    temperature = effect_design(log_mu, conditions, np.full(3, 0.04))[:, 3]
+    # chords of the next degree, and the derivative
+    assert temperature[:2] == pytest.approx([-0.5 * np.log(3.0), -0.5 * np.log(2.0)])
+    assert temperature[2] == pytest.approx(-0.01, rel=1e-3)
+
+
 @pytest.mark.parametrize(
     ("numbers", "message"),
     [

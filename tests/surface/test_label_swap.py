@@ -7,9 +7,11 @@ import pytest
 
 from lawless_truths import TRUTHS
 from oilfilm.surface import label_swap
+from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.label_swap import likeliest_swap
+from oilfilm.surface.relabelled import Relabelled
 from oilfilm.surface.surface import fit_surface
-from surface_campaigns import fitted_law, latin, simulated
+from surface_campaigns import fitted_law, latin, random_conditions, simulated
 
 SLIPS = np.geomspace(0.002, 0.3, 9)
 
@@ -47,3 +49,13 @@ def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
     surface, *_ = surface_with_labels("own", np.array([2, 11]), 49)
     monkeypatch.setattr(label_swap, "LARGEST_DENSE", 10)
     assert likeliest_swap(surface) is None
+
+
+def test_the_labels_as_read_are_no_likelier_at_other_sizes():
+    # the sizes of a surface of so many curves are those of a sample
+    random = np.random.default_rng(62)
+    measured = simulated(TRUTHS["own"], random_conditions(100, random), random, slips=SLIPS)
+    surface = fit_surface(measured, fitted_law(measured))
+    as_read = Relabelled.as_read(surface, RunErrorSizes())
+    refitted = as_read.fitted_to(as_read.measurements)
+    assert as_read.objective == pytest.approx(refitted.objective, abs=0.05)

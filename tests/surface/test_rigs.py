@@ -241,7 +241,7 @@ def test_a_large_campaign_knows_each_rig(measured, fitted, monkeypatch):
 
 def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, monkeypatch):
     # two curves are asked for, and there are three rigs
-    monkeypatch.setattr(surface_module, "_CURVES_FOR_SIZES", 2)
+    monkeypatch.setattr(surface_module, "CURVES_FOR_SIZES", 2)
     sample = surface_module._sample(measured.in_canonical_order())
     assert len(sample.conditions) < 6
     assert set(sample.rig_of_curve) == {0, 1, 2}

@@ -7,6 +7,7 @@ import pytest
 
 from bad_curves import DAMAGES, Damage, damaged, film_collapse, one_step_high
 from lawless_truths import TRUTHS
+from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.quick_law import quick_law
 from oilfilm.surface.shape import REFUSED_ODDNESS, CurveJudge, curve_shapes
@@ -164,3 +165,10 @@ def test_four_curves_cannot_judge_each_other():
     measured = simulated(TRUTHS["jt"], TWELVE[:4], np.random.default_rng(36), slips=SLIPS)
     with pytest.raises(ValueError, match="4 curves; expected 5 or more"):
         curve_shapes(measured, PAPER_LAW)
+
+
+def test_curves_without_traction_beyond_the_zero_cannot_be_judged():
+    measured = simulated(TRUTHS["sol"], TWELVE, np.random.default_rng(61), slips=SLIPS)
+    zero = replace(RunErrorSizes().zero, median=0.004)
+    with pytest.raises(ValueError, match="no mu is clear of the error of the zero"):
+        curve_shapes(measured, PAPER_LAW, replace(RunErrorSizes(), zero=zero))

@@ -207,7 +207,7 @@ def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, m
 
 
 def test_sizes_of_some_curves_stand_for_those_of_all(measured, law, fitted, monkeypatch):
-    monkeypatch.setattr(surface_module, "_CURVES_FOR_SIZES", 16)
+    monkeypatch.setattr(surface_module, "CURVES_FOR_SIZES", 16)
     sampled = fit_surface(measured, law)
     assert 8 <= len(surface_module._sample(sampled.measurements).conditions) <= 16
     one, other = sampled.predict(NEW, NEW_SLIP), fitted.predict(NEW, NEW_SLIP)

@@ -39,6 +39,7 @@ from oilfilm.traction import LAWS, PAPER_LAW, why_compared_only
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
+_LOAD = "load_n"
 # Name of the oil where the caller names none, and in the tables of every fit. Saving the fit
 # replaces it there by the name of the oil.
 _UNNAMED_OIL = "oil"
@@ -65,6 +66,7 @@ class ArrayFit:
         notes: Warnings and assumptions about the points, in sentences.
         source: File of the fitted table; empty for arrays.
         oil: Name of the oil.
+        simulated: Whether a program wrote the points, and no rig measured them.
     """
 
     points: pd.DataFrame
@@ -73,6 +75,7 @@ class ArrayFit:
     notes: tuple[str, ...]
     source: str = ""
     oil: str = _UNNAMED_OIL
+    simulated: bool = False
 
     @cached_property
     def law(self) -> FittedLaw:
@@ -338,9 +341,10 @@ def fit(
     law: str = PAPER_LAW.name,
     curve: Any = None,
     calibration: Mapping[str, float] | None = None,
+    simulated: bool = False,
     **settings: Unpack[FitKeys],
 ) -> ArrayFit:
-    """Fit a traction law to measured points.
+    """Fit a traction law to points.
 
     Plain numbers are in the units below; quantities of pint are converted to them. All arrays
     broadcast against each other, arrays of xarray by the names of their dimensions. Columns of
@@ -358,6 +362,7 @@ def fit(
             conditions agree within `same_condition` in config/config.yaml are one run.
         calibration: Standard uncertainties of the rig's sensors. All runs share these errors. Keys:
             `load_relative`, `traction_force_relative`, `speed_relative`, `temperature_c`.
+        simulated: Whether a program wrote the points. What is saved of the fit then says so.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
@@ -410,7 +415,8 @@ def fit(
             for column, array in zip(column_names, broadcast_arrays, strict=True)
         }
     )
-    return fit_points(points, CONDITIONS, law, curve, calibration, **settings)
+    fitted = fit_points(points, CONDITIONS, law, curve, calibration, **settings)
+    return replace(fitted, simulated=simulated)
 
 
 def fit_points(
@@ -449,36 +455,82 @@ def fit_points(
     for column in (*condition_names, SLIP, _MU):
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
     config = read_config(CONFIG)
-    if curve_of_point is None:
-        tolerances = config.same_condition
-        levels_of_points = [
-            condition_level_numbers(name, points[name].to_numpy(float), tolerances)
-            for name in condition_names
-        ]
-        curve_of_point = points.groupby(levels_of_points, sort=False).ngroup()
-    if np.size(curve_of_point) != len(points):
-        raise OilfilmError(f"`curve` has {np.size(curve_of_point)} values; expected {len(points)}.")
-    points = points.assign(run_id=np.asarray(curve_of_point).astype(str).ravel())
-    notes: tuple[str, ...] = ()
-    curve_count = points["run_id"].nunique()
-    if len(points) > 1 and curve_count > len(points) / 2:
-        notes = (
-            f"{len(points)} points are taken for {curve_count} curves. Points of one run share its "
-            "errors: intervals are far too narrow if each point is a curve. Give curve=.",
-        )
-        warnings.warn(notes[0], stacklevel=3)
+    levels_of_points = [
+        condition_level_numbers(name, points[name].to_numpy(float), config.same_condition)
+        for name in condition_names
+    ]
+    condition_of_point = points.groupby(levels_of_points, sort=False).ngroup()
+    run_of_point = condition_of_point if curve_of_point is None else curve_of_point
+    points = points.assign(run_id=_run_names(run_of_point, len(points)))
+    notes = _doubts_about_runs(points["run_id"], condition_of_point)
+    for note in notes:
+        warnings.warn(note, stacklevel=3)
     fit_keys = {**config.fit.model_dump(), **settings, "law": law_name}
     # a message begins with the name of the function, where it usually names a file
     fit_settings = validated(fit_keys, FitSettings, location_of=lambda _: "oilfilm.fit")
     campaign_points = _campaign_points(points)
+    fitted_points = campaign_points
     if calibration is not None:
         uncertainties = validated(dict(calibration), Calibration, lambda _: "calibration")
-        campaign_points = _with_systematic_errors(campaign_points, uncertainties)
-    results = fit_oil(campaign_points, _UNNAMED_OIL, fit_settings, config.seed).replace(
-        points=campaign_points
-    )
+        fitted_points = _with_systematic_errors(campaign_points, uncertainties)
+    results = fit_oil(fitted_points, _UNNAMED_OIL, fit_settings, config.seed)
+    results = results.replace(points=campaign_points)
+    if _LOAD not in condition_names:
+        # where the load is not known, that of the calibration is none
+        quality = results.fit_quality.assign(tested_min_load_n=np.nan, tested_max_load_n=np.nan)
+        results = results.replace(fit_quality=quality)
     results = with_surface(results, _UNNAMED_OIL, config)
     return ArrayFit(points, results, fit_settings, notes)
+
+
+def _run_names(run_of_point: npt.ArrayLike, point_count: int) -> npt.NDArray[np.str_]:
+    """Name of the run of each point, shape (points,).
+
+    Raises:
+        OilfilmError: There are more or fewer names than points, or a name is missing.
+    """
+    names = pd.Series(np.asarray(run_of_point).ravel())
+    if len(names) != point_count:
+        raise OilfilmError(f"`curve` has {len(names)} values; expected {point_count}.")
+    is_missing = (names.isna() | (names.astype(str).str.strip() == "")).to_numpy()
+    if is_missing.any():
+        raise OilfilmError(
+            f"`curve` names no run for {int(is_missing.sum())} of {point_count} points, the first "
+            f"is number {int(np.argmax(is_missing)) + 1}. Name the run of each point, or give no "
+            "curve."
+        )
+    return names.to_numpy().astype(str)
+
+
+def _doubts_about_runs(
+    run_name_of_point: "pd.Series[str]", condition_of_point: "pd.Series[int]"
+) -> tuple[str, ...]:
+    """Sentences on runs that can hardly be runs.
+
+    Args:
+        run_name_of_point: Name of the run of each point.
+        condition_of_point: Number of the condition of each point.
+    """
+    notes: list[str] = []
+    point_count = len(run_name_of_point)
+    condition_count_of_run = condition_of_point.groupby(
+        run_name_of_point.to_numpy(), sort=False
+    ).nunique()
+    run_count = len(condition_count_of_run)
+    if point_count > 1 and run_count > point_count / 2:
+        notes.append(
+            f"{point_count} points are taken for {run_count} curves. Points of one run share its "
+            "errors: intervals are far too narrow if each point is a curve. Give curve=."
+        )
+    runs_of_several = condition_count_of_run.index[condition_count_of_run > 1]
+    if len(runs_of_several):
+        first = runs_of_several[0]
+        notes.append(
+            f"{len(runs_of_several)} of {run_count} curves have points at several conditions, as "
+            f"{first!r} at {condition_count_of_run[first]}. A curve is taken for one run at the "
+            "mean of its conditions: the fit is wrong where these names do not mean runs."
+        )
+    return tuple(notes)
 
 
 def _refuse_missing_or_impossible(values: npt.NDArray[np.float64], column_name: str) -> None:

@@ -55,7 +55,7 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
         raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     campaign_name = safe_name(folder.resolve().name, folder)
     results, settings, provenance = as_campaign(fit, campaign_name)
-    footer = {"campaign": campaign_name, "data": "measured", **provenance}
+    footer = {"campaign": campaign_name, "data": settings.campaign.data, **provenance}
     sections = [
         answer_section(results, settings),
         fits_section(results),
@@ -149,7 +149,7 @@ def _settings_of_table(fit: ArrayFit, campaign_name: str) -> Settings:
             **shipped_settings,
             "campaign": {
                 "name": campaign_name,
-                "data": "measured",
+                "data": "simulated" if fit.simulated else "measured",
                 "description": f"table of traction coefficients {Path(fit.source).name}",
                 "rigs": ["unknown"],
                 "oils": [],

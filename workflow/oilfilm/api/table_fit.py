@@ -10,6 +10,7 @@ law a table is fitted with.
 
 import io
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
@@ -19,6 +20,7 @@ import numpy as np
 import pandas as pd
 import pyarrow
 
+from oilfilm import tables
 from oilfilm.api.arrays import ArrayFit, fit_points
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.api.mu_columns import (
@@ -74,7 +76,6 @@ _COLUMN_BY_QUANTITY = {
 }
 # Share of the points at negative slip that may have the other sign of mu: a slip of the pen.
 _MAX_ODD_SIGN_SHARE = 0.2
-_DELIMITER_BY_NAME = {"comma": ",", "semicolon": ";", "tab": "\t", "bar": "|"}
 # First bytes of a file.
 _PARQUET_SIGNATURE = b"PAR1"
 # Names of the laws that are fitted to a table of load or of pressure if none is named.
@@ -105,6 +106,7 @@ def fit_table(
     oil: str | None = None,
     at: Mapping[str, float] | None = None,
     columns: str | Mapping[str, str] = "",
+    simulated: bool = False,
     **settings: Unpack[FitKeys],
 ) -> ArrayFit:
     """Fit a traction law to a table of mu: csv, tsv, xlsx, ods, Parquet or a data frame.
@@ -124,6 +126,8 @@ def fit_table(
         at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`).
         columns: What columns mean where their names leave it open, as
             `{"slide_roll_ratio": "Schlupf [%], over_sum"}` or the text of `--columns`.
+        simulated: Whether a program wrote the points. What is saved of the fit then says so. A
+            table of oilfilm and the line `# simulated: yes` of a text say it themselves.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
@@ -158,6 +162,7 @@ def fit_table(
         stated_meanings(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
     )
     mu_table = read_mu_table(table, stated_by_user)
+    _refuse_contradiction(conditions_of_all_rows, mu_table)
     points = mu_table.points.assign(**conditions_of_all_rows)
     notes = list(mu_table.notes)
     points, oil = _points_of_oil(points, oil, mu_table.name)
@@ -177,7 +182,30 @@ def fit_table(
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
     notes += fitted.notes
-    return replace(fitted, notes=tuple(notes), source=mu_table.name, oil=oil)
+    return replace(
+        fitted,
+        notes=tuple(notes),
+        source=mu_table.name,
+        oil=oil,
+        simulated=simulated or mu_table.says_simulated,
+    )
+
+
+def _refuse_contradiction(conditions_of_all_rows: Mapping[str, float], mu_table: "MuTable") -> None:
+    """Refuse a condition of all rows that is none, or that the table has already.
+
+    Raises:
+        OilfilmError: There is such a condition.
+    """
+    for column in conditions_of_all_rows:
+        if column not in _OPTION_BY_COLUMN:
+            names = ", ".join(_OPTION_BY_COLUMN)
+            raise OilfilmError(f"at: found the key {column!r}; expected some of {names}.")
+        if column in mu_table.points:
+            raise mu_table.error(
+                f"it has the {_QUANTITY_IN_WORDS[column]}, and another one is given for all rows.",
+                "Remove one of the two.",
+            )
 
 
 def _points_of_oil(
@@ -234,12 +262,14 @@ class MuTable:
             has them. Pressure or load may be missing.
         notes: Meaning of each column, and how it is known, in sentences.
         column_names: Names of all columns.
+        says_simulated: Whether the table says that a program wrote it.
     """
 
     name: str
     points: pd.DataFrame = field(default_factory=pd.DataFrame)
     notes: list[str] = field(default_factory=list)
     column_names: Sequence[str] = ()
+    says_simulated: bool = False
 
     def error(self, problem: str, advice: str) -> OilfilmError:
         """The error of a table that cannot be used.
@@ -303,10 +333,24 @@ def read_mu_table(
         mu_table = _joined_sheets(read_sheets, MuTable(table_name))
     elif fault_by_title:
         mu_table.notes.append(f"the sheet {read_sheets[0].title!r} is read")
+    mu_table.says_simulated = _is_simulated_by_footer(table) or any(
+        sheet.table.says_simulated for sheet in read_sheets
+    )
+    if mu_table.says_simulated:
+        mu_table.notes.append("SIMULATED data, as the table says")
     for title, fault in fault_by_title.items():
         reason = str(fault).removeprefix(f"{table_name}: ")
         mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")
     return mu_table
+
+
+def _is_simulated_by_footer(table: Any) -> bool:
+    """Whether a table is a file of oilfilm whose footer says that its data are simulated."""
+    if not isinstance(table, (str, Path)):
+        return False
+    with suppress(OilfilmError):
+        return bool(tables.read_footer(Path(table)).get("data") == "simulated")
+    return False
 
 
 def _as_pandas(table: Any) -> pd.DataFrame:
@@ -342,17 +386,17 @@ def _joined_sheets(sheets: Sequence[_TitledTable], joined_table: MuTable) -> MuT
         joined_table: An empty table, which is filled and returned.
 
     Raises:
-        OilfilmError: The sheets have different conditions.
+        OilfilmError: The sheets have different columns.
     """
     columns_by_title: dict[str, set[str]] = {}
     for title, sheet in sheets:
-        columns_by_title[title] = set(map(str, sheet.points)) - {"oil", "curve"}
+        columns_by_title[title] = set(map(str, sheet.points)) - {"oil"}
     if len(set(map(frozenset, columns_by_title.values()))) > 1:
         columns_in_words = "; ".join(
             f"{title!r}: {', '.join(sorted(names))}" for title, names in columns_by_title.items()
         )
         raise joined_table.error(
-            f"its sheets have different conditions: {columns_in_words}.",
+            f"its sheets have different columns: {columns_in_words}.",
             "Give all sheets the same columns, or save the sheet to be fitted alone.",
         )
     frames: list[pd.DataFrame] = []
@@ -361,7 +405,7 @@ def _joined_sheets(sheets: Sequence[_TitledTable], joined_table: MuTable) -> MuT
         if "oil" not in points:
             points = points.assign(oil=title)
         if "curve" in points:
-            points = points.assign(curve=title + " " + points["curve"].astype(str))
+            points = points.assign(curve=title + " " + points["curve"])
         frames.append(points)
     joined_table.points = pd.concat(frames, ignore_index=True)
     titles = ", ".join(repr(title) for title, _ in sheets)
@@ -385,7 +429,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
     """
     try:
         vocabulary = replace(VOCABULARY, meaning_of_name=stated_by_user.meaning_by_name)
-        text_form, logged_tables = delimited_text.tables(text, vocabulary)
+        _, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.error(f"{error.refusal.reason}.", advice) from None
@@ -394,10 +438,10 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
     for logged_table in logged_tables:
         mu_table.notes = list(logged_table.notes)
         mu_table.column_names = logged_table.names
+        mu_table.says_simulated |= logged_table.keys.get("simulated", "no") != "no"
         mu_table.points = pd.DataFrame()
         name_by_quantity = _add_points(mu_table, logged_table, stated_by_user)
-        delimiter = _DELIMITER_BY_NAME.get(text_form.delimiter)
-        _add_labels(mu_table, logged_table, name_by_quantity.values(), delimiter)
+        _add_labels(mu_table, logged_table, name_by_quantity.values())
         frames.append(mu_table.points)
         notes += [note for note in mu_table.notes if note not in notes]
     mu_table.points = pd.concat(frames, ignore_index=True)
@@ -405,18 +449,15 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
     return _without_gaps(mu_table)
 
 
-def _add_labels(
-    mu_table: MuTable, logged_table: LoggedTable, read_names: Iterable[str], delimiter: str | None
-) -> None:
+def _add_labels(mu_table: MuTable, logged_table: LoggedTable, read_names: Iterable[str]) -> None:
     """Add the columns of text, `oil` and `curve`, where the table has them.
 
     Args:
         mu_table: The table, which gets the columns.
         logged_table: What was read.
         read_names: Names of the columns that are quantities.
-        delimiter: Sign between the cells of a line; None for blanks.
     """
-    if logged_table.show_row is None:
+    if logged_table.read_texts is None:
         return
     # columns without a name are no labels
     names_in_use = {plain_key(name) for name in read_names} | {""}
@@ -424,11 +465,9 @@ def _add_labels(
         column_index = _index_of_label(logged_table.names, label_column, names_in_use)
         if column_index is None:
             continue
-        labels = []
-        for row_index in range(logged_table.row_count):
-            cells = logged_table.show_row(row_index).split(delimiter)
-            labels.append(cells[column_index].strip(' "') if column_index < len(cells) else "")
-        mu_table.points[label_column] = labels
+        labels = logged_table.read_texts(column_index)
+        if any(labels):
+            mu_table.points[label_column] = labels
 
 
 def _index_of_label(
@@ -589,8 +628,29 @@ def _without_gaps(mu_table: MuTable) -> MuTable:
     if points.empty:
         advice = "Look at decimal marks and empty cells."
         raise mu_table.error("no row has all its numbers.", advice)
+    _refuse_unlabelled(points, mu_table)
     mu_table.points = _at_positive_slip(points, mu_table)
     return mu_table
+
+
+def _refuse_unlabelled(points: pd.DataFrame, mu_table: MuTable) -> None:
+    """Refuse rows without an oil or a curve where other rows have one.
+
+    Raises:
+        OilfilmError: There is such a row.
+    """
+    for label_column in ("oil", "curve"):
+        if label_column not in points:
+            continue
+        is_unlabelled = points[label_column].isna() | (points[label_column] == "")
+        if is_unlabelled.any():
+            first = points.loc[is_unlabelled].iloc[0]
+            raise mu_table.error(
+                f"{int(is_unlabelled.sum())} of {len(points)} rows name no {label_column}, the "
+                f"first is that of S = {first[SLIP]:g} and mu = {first[MU]:g}.",
+                f"Write the {label_column} into each row, also below merged cells; or remove the "
+                "column.",
+            )
 
 
 def _at_positive_slip(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
@@ -600,10 +660,18 @@ def _at_positive_slip(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
     tell which. The sign of the others contradicts them.
 
     Raises:
-        OilfilmError: Both signs are frequent.
+        OilfilmError: Both signs are frequent, or mu is negative at positive slip.
     """
     is_backwards = points[SLIP] < 0
+    is_forwards = points[SLIP] > 0
     is_negative = points[MU] < 0
+    reversed_count = int((is_forwards & is_negative).sum())
+    if 2 * reversed_count > is_forwards.sum():
+        raise mu_table.error(
+            f"of {int(is_forwards.sum())} rows at positive slip {reversed_count} have a negative "
+            "mu.",
+            "Reverse the sign of the force, or that of the slip.",
+        )
     backwards_count = int(is_backwards.sum())
     negative_count = int((is_backwards & is_negative).sum())
     if backwards_count == 0:

@@ -39,6 +39,7 @@ def run(options: argparse.Namespace) -> int:
         at=typed_conditions(options),
         # a text on what columns mean
         columns=options.columns,
+        simulated=options.simulated,
     )
     print("\n".join(map(printable, _summary_lines(fit))))
     if options.plot:

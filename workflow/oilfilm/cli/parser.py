@@ -155,6 +155,7 @@ def fit(command: Command) -> None:
     command.text("--law", "name of the law (default: one of pressure, else of load)")
     command.text("--oil", "which oil of the table, or its name")
     command.conditions("{meaning}, where all rows have the same, as {example}")
+    command.flag("--simulated", "a program wrote the table; what is saved says so")
     command.path("--plot", "FILE", "draw points and law: png, svg")
     command.path("--save", "DIR", "write tables, exports and report to a new folder")
 

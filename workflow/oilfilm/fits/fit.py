@@ -125,7 +125,9 @@ def fit_oil(
         "incomplete_curves": tuple(incomplete_runs),
         "fixed_conditions": fixed_to_text(fixed),
     }
-    accepted = points.loc[points["accepted"], list(BOX_COLUMNS)].abs()
+    accepted = points.loc[points["accepted"], list(BOX_COLUMNS)]
+    # a temperature may be below zero; the law is odd in slip
+    accepted = accepted.assign(slide_roll_ratio=accepted["slide_roll_ratio"].abs())
     smallest = accepted.min()
     largest = accepted.max()
     for name in BOX_COLUMNS:

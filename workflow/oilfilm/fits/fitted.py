@@ -265,8 +265,15 @@ class FittedLaw:
 
     @cached_property
     def surface(self) -> OilSurface | None:
-        """The surface of the oil's measured mu; None where it has none."""
-        return None if self.read_surface is None else self.read_surface()
+        """The surface of the oil's measured mu.
+
+        None where the oil has none, and for a law of the load where the contacts of the runs differ
+        or are not known: the load then gives no pressure.
+        """
+        surface = None if self.read_surface is None else self.read_surface()
+        if surface is None or not surface.contact.has_surface(self.law):
+            return None
+        return surface
 
     @property
     def misfit(self) -> float:
@@ -312,15 +319,18 @@ class FittedLaw:
         """
         if self.surface is None:
             return np.full(len(slip), error_without_interval)
+        # where the scatter of runs is not known, all counts as the error of the form
         run_sd = np.nan_to_num(self.coefficients.run_sd)
-        prediction = self.predict(conditions, np.maximum(np.abs(slip), _SMALLEST_SLIP))
+        sliding_slip = np.maximum(np.abs(slip), _SMALLEST_SLIP)
+        prediction = self.predict(conditions, sliding_slip)
+        # where no law fits, a prediction has the mu of the surface
+        law_mu = self.without_interval().predict(conditions, sliding_slip).traction_coefficient
         with np.errstate(invalid="ignore", divide="ignore"):
             log_lower = np.log(prediction.obs_ci_lower)
             log_upper = np.log(prediction.obs_ci_upper)
-            distance_from_surface = (log_lower + log_upper) / 2 - np.log(
-                prediction.traction_coefficient
-            )
-        run_and_form_sd = (log_upper - log_lower) / 2 / normal_quantile(CONFIDENCE)
+            distance_from_surface = (log_lower + log_upper) / 2 - np.log(law_mu)
+        half_width = (log_upper - log_lower) / 2
+        run_and_form_sd = half_width / normal_quantile(self.interval_level())
         form_sd = np.sqrt(np.maximum(run_and_form_sd**2 - run_sd**2, 0.0))
         error = np.hypot(form_sd, distance_from_surface)
         return np.where(np.isfinite(error), error, error_without_interval)
@@ -409,6 +419,7 @@ class FittedLaw:
             refits=fits.refits,
             quality=fits.fit_quality,
             curves=fits.curve_residuals,
+            surfaces=results.surfaces,
         )
         return replace(fit, read_surface=partial(read_surface, results, oil))
 
@@ -447,8 +458,8 @@ class FittedLaw:
                 condition that the fit does not follow means its tested level. mu is NaN where a
                 condition that the fit follows is NaN.
             slip: Slide-roll ratio of each point, shape (points,).
-            level: Confidence level; the tested conditions may allow a lower one only
-                (`interval_level`).
+            level: Confidence level. That of the next run is at most `surface.level` of the
+                configuration, and less where the tested conditions are few (`interval_level`).
             whole_curve: Whether the interval of the next run should hold all points of its curve,
                 as a band needs that is drawn over a curve.
             rig: Rig of the next run, where the runs are of several rigs; "another" for one that
@@ -559,7 +570,8 @@ class FittedLaw:
                 else.
 
         Warns:
-            UserWarning: mu is NaN at some points, with the reason.
+            UserWarning: mu is NaN at some points, with the reason; or a level above the usual one
+                is asked for, which the interval of the next run does not have.
         """
         if self.law.conditions != CONDITIONS:
             raise OilfilmError(
@@ -579,6 +591,13 @@ class FittedLaw:
         reason = self._reason_without_mu(rows) if points_without_mu else ""
         if reason:
             text = f"mu is NaN at {points_without_mu} of {len(slip)} points: {reason}"
+            warnings.warn(text, stacklevel=2)
+        level_of_next_run = self.interval_level(level)
+        if CONFIDENCE < level and level_of_next_run < level:
+            text = (
+                f"the interval of the next run has the level {level_of_next_run:.3g}, which is the "
+                f"largest one that the surface has, and not {level:.3g}"
+            )
             warnings.warn(text, stacklevel=2)
         labelled_arrays = {
             attribute.name: labelled(

@@ -88,7 +88,7 @@ class Contact:
     def surface_conditions(self, law: Law, conditions: FloatArray) -> FloatArray:
         """P in GPa, U in m/s and T in degC from rows of a law's conditions, shape (rows, 3).
 
-        A condition that is not known is 1 throughout, because no law follows it.
+        A condition that is not known is 1 throughout: no law follows it where `has_surface`.
         """
         pressures, speeds, temperatures = np.array(conditions, dtype=float).T
         if law.conditions[0] == _LOAD:

@@ -3,7 +3,7 @@
 Decides: how many conditions two oils must have in common for a ratio by their runs.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import StrEnum
 from pathlib import Path
 
@@ -114,10 +114,13 @@ def limits_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> SurfaceLi
 
 
 def assumptions_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> RunAssumptions:
-    """What is known of the runs: that of the first of both oils that has a surface."""
+    """What is known of the runs: that of the first of both oils that has a surface.
+
+    The rigs of its runs are left out: the runs of the other oil have others.
+    """
     for measured_oil in (first_oil, second_oil):
         if measured_oil.fit.surface is not None:
-            return measured_oil.fit.surface.assumptions
+            return replace(measured_oil.fit.surface.assumptions, rig_name_of_run=None)
     return RunAssumptions()
 
 

@@ -89,15 +89,17 @@ def effect_design(log_mu: LogMu, conditions: FloatArray, slip: FloatArray) -> Fl
     mu = np.exp(log_mu(conditions, slip))
     slip_factor = np.exp(_LOG_SLIP_STEP)
     rise_in_slip = log_mu(conditions, slip * slip_factor) - log_mu(conditions, slip / slip_factor)
-    temperature_step = np.array([0.0, 0.0, _TEMPERATURE_STEP_K])
-    rise_in_temperature = log_mu(conditions + temperature_step, slip) - log_mu(
-        conditions - temperature_step, slip
-    )
+    # powers of a temperature in degC have no value at 0 and below
+    step_down_k = np.where(conditions[:, 2] > _TEMPERATURE_STEP_K, _TEMPERATURE_STEP_K, 0.0)
+    warmer, colder = conditions.copy(), conditions.copy()
+    warmer[:, 2] += _TEMPERATURE_STEP_K
+    colder[:, 2] -= step_down_k
+    rise_in_temperature = log_mu(warmer, slip) - log_mu(colder, slip)
     return np.column_stack(
         [
             np.ones(len(slip)),
             1 / mu,
             rise_in_slip / (2 * _LOG_SLIP_STEP),
-            rise_in_temperature / (2 * _TEMPERATURE_STEP_K),
+            rise_in_temperature / (_TEMPERATURE_STEP_K + step_down_k),
         ]
     )

@@ -71,7 +71,18 @@ class FreeLaw:
         distance = np.minimum(self.constants - lower, upper - self.constants)
         return (distance <= _AT_BOUND * (upper - lower))[self.is_free]
 
+    @property
+    def _is_followed(self) -> BoolArray:
+        """Whether a power of each group is in the law; the others may have any value."""
+        followed_groups = set()
+        for constant, value, is_free in zip(
+            self.law.constants, self.constants, self.is_free, strict=True
+        ):
+            if is_free or value != 0:
+                followed_groups.add(constant.condition)
+        return np.array([group in followed_groups for group in self.law.groups])
+
     def _observations(self, conditions: FloatArray, slip: FloatArray) -> Observations:
         """Points as the law takes them, each with a row of the design of its own."""
-        design = self.law.design(self.conditions_of_law(conditions))
+        design = self.law.design(self.conditions_of_law(conditions), self._is_followed)
         return Observations(design, np.arange(len(slip)), slip)

@@ -149,11 +149,8 @@ class Measurements:
             )
         if not np.isfinite(self.conditions).all():
             raise ValueError("a condition is not finite; leave out curves of unknown conditions")
-        if not np.all(self.conditions > 0):
-            raise ValueError(
-                "a pressure, a speed or a temperature in degC is not above 0; laws are powers of "
-                "all three: leave out such curves"
-            )
+        if not np.all(self.conditions[:, :2] > 0):
+            raise ValueError("a pressure or a speed is not above 0: leave out such curves")
         if not np.array_equal(np.unique(self.curve_of_point), np.arange(len(self.conditions))):
             raise ValueError("a curve has no point; leave out curves without points")
 

@@ -13,7 +13,7 @@ from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reduction import ReducedCurves, box_of, reduced_curves
 from oilfilm.surface.reml import MISFIT, CurveCovariance, most_likely_sizes, objective, priors
-from oilfilm.surface.surface import Surface
+from oilfilm.surface.surface import CURVES_FOR_SIZES, Surface
 
 
 @dataclass(frozen=True)
@@ -37,8 +37,11 @@ class Relabelled:
 
     @classmethod
     def as_read(cls, surface: Surface, errors: RunErrorSizes) -> "Relabelled":
-        """The points as they were read, with the sizes of the surface."""
+        """The points as they were read, with the sizes that are most likely for them."""
         measurements, sizes = surface.measurements, surface.misfit_covariance.sizes
+        if len(measurements.conditions) > CURVES_FOR_SIZES:
+            # those of the surface are of a sample of the curves
+            return cls._fitted(surface, errors, measurements, sizes.logarithms())
         curves, box = _reduced(surface, errors, measurements), box_of(measurements)
         objective_value, _ = objective(sizes.logarithms(), curves, box, priors(errors, MISFIT))
         covariance = CurveCovariance(curves, box, sizes)

@@ -495,6 +495,8 @@ def _first_fit(
     zero_sd = errors.zero.median
     fitted = quick_law(law, measurements, _LARGEST_ZERO_IN_SDS * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO_IN_SDS * zero_sd)
+    if not is_clear.any():
+        raise ValueError("no mu is clear of the error of the zero")
     curves = reduced_curves(
         measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
     )

@@ -39,7 +39,7 @@ LARGEST_DENSE = 150
 _INDUCING_CONDITIONS = 60
 # Number of curves from which the sizes of a larger campaign come. The time of the search grows with
 # their third power.
-_CURVES_FOR_SIZES = 90
+CURVES_FOR_SIZES = 90
 # Number of points that are predicted at once.
 _POINTS_AT_ONCE = 2000
 # The standard errors by the model are smaller than the errors of simulated fits by this factor.
@@ -518,9 +518,9 @@ def _sample(ordered: Measurements) -> Measurements:
     canonical order, so that repeated runs show the effects of runs.
     """
     curve_count = len(ordered.conditions)
-    if curve_count <= _CURVES_FOR_SIZES:
+    if curve_count <= CURVES_FOR_SIZES:
         return ordered
-    chosen_curves = spread_out(scaled_conditions(ordered.conditions), _CURVES_FOR_SIZES // 2)
+    chosen_curves = spread_out(scaled_conditions(ordered.conditions), CURVES_FOR_SIZES // 2)
     next_curves = np.minimum(chosen_curves + 1, curve_count - 1)
     curve_indices = np.union1d(chosen_curves, next_curves)
     if ordered.rig_of_curve is not None:
