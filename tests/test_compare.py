@@ -63,6 +63,17 @@ def test_planted_ratio_is_inside_the_interval_of_two_laws(folders: list[Path]) -
     )
 
 
+def test_ratio_at_negative_slip_is_that_at_positive_slip(folders: list[Path]) -> None:
+    law_by_name = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
+    columns = ["ratio", "ratio_lower", "ratio_upper"]
+    forwards, backwards = (
+        side_by_side(law_by_name, AT, [slip]).loc[1, columns].to_numpy(float)
+        for slip in (0.05, -0.05)
+    )
+    assert np.isfinite(forwards).all()
+    np.testing.assert_array_equal(backwards, forwards)
+
+
 def test_fit_beside_itself_has_the_ratio_one(folders: list[Path]) -> None:
     fit = oilfilm.read_fit(folders[0], "oil")
     comparison = side_by_side({"a": fit, "b": fit}, AT, [0.1])

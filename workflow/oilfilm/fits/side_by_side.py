@@ -179,10 +179,8 @@ def _ratio_by_laws(frame: pd.DataFrame, first_frame: pd.DataFrame) -> pd.DataFra
         frame: mu of a fit with its interval, one row per slip.
         first_frame: mu of the first fit, the denominator, with its interval, one row per slip.
     """
-    mu = frame["traction_coefficient"].to_numpy()
-    first_mu = first_frame["traction_coefficient"].to_numpy()
-    ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
-    first_ends = first_frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
+    mu, ends = _sizes_of_mu(frame)
+    first_mu, first_ends = _sizes_of_mu(first_frame)
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = mu / first_mu
     lower, upper = ratio_interval(mu, ends, first_mu, first_ends)
@@ -197,6 +195,15 @@ def _ratio_by_laws(frame: pd.DataFrame, first_frame: pd.DataFrame) -> pd.DataFra
             "certain": "",
         }
     )
+
+
+def _sizes_of_mu(frame: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+    """|mu|, shape (slips,), and the ends of its interval, shape (2, slips).
+
+    Traction is odd in slip, so that a ratio is that of the sizes.
+    """
+    ends = frame[["obs_ci_lower", "obs_ci_upper"]].to_numpy().T
+    return np.abs(frame["traction_coefficient"].to_numpy()), np.sort(np.abs(ends), axis=0)
 
 
 def _ratio_by_runs(
