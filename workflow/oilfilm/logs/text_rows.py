@@ -192,6 +192,8 @@ class TextTable:
 
         A row with more or fewer cells than columns holds no number.
         """
+        if not column_indices:
+            return []
         # no copy: a log may be large
         ended_rows = memoryview(self.text)[self.start_of_rows : self.text.rfind(b"\n") + 1]
         if not ended_rows:
