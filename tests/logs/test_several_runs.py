@@ -201,6 +201,34 @@ def test_repeated_header_blocks_are_runs_with_their_own_set_points() -> None:
     assert reading.row_count == 18
 
 
+@pytest.mark.parametrize("first", ["oil: 4102", "lubricant: 4102"])
+def test_oil_of_a_block_is_its_own_whatever_its_line_is_called(first: str) -> None:
+    text = f"# {first}\n" + block(20, 1) + "# Lube\t4050\n" + block(40, 2)
+    assert [run.oil_name for run in read(text).runs] == ["4102", "4050"]
+
+
+@pytest.mark.parametrize("header", ["# oil: 4102\n# lubricant: 4050", "# lube: 4050\n# Öl: 4102"])
+def test_header_lines_that_name_two_oils_of_the_campaign_refuse_the_log(header: str) -> None:
+    reading = read(csv({}, header))
+    assert (reading.runs, [refusal.rule for refusal in reading.refusals]) == ([], ["unknown_oil"])
+
+
+def test_header_line_that_describes_the_oil_contradicts_nothing() -> None:
+    (run,) = read(csv({}, "# oil: 4102\n# oil_type: mineral\n# lubricant: 4102")).runs
+    assert run.oil_name == "4102"
+
+
+def test_oil_of_a_segment_or_group_is_its_own_whatever_its_line_is_called() -> None:
+    lines = formats.lvm_header({"oil": "4102"})
+    lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "lubricant: 4050")
+    lines += formats.lvm_segment(VALUES, formats.UNITS, ".")
+    assert [run.oil_name for run in read("\n".join(lines), "lvm").runs] == ["4050", "4102"]
+    groups = [formats.GroupObject("a", {"lubricant": "4050"}), formats.GroupObject("b")]
+    channels = [channel for name in "ab" for channel in formats.tdms_channels(name, VALUES)]
+    content = formats.tdms_file([formats.RootObject({"oil": "4102"}), *groups, *channels])
+    assert [run.oil_name for run in read(content, "tdms").runs] == ["4050", "4102"]
+
+
 def test_set_point_of_the_first_block_is_not_that_of_a_block_without_one() -> None:
     without = block(0, 2).replace("Load (N)\t0\n", "")
     runs = read("Lubricant\t4102\n" + block(20, 1) + without + block(60, 3)).runs

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_row_count, parse_decimal
-from oilfilm.logs.header import FULL_WIDTH
+from oilfilm.logs.header import FULL_WIDTH, states_oil
 from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.log_kind import Meanings, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
@@ -298,8 +298,13 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
 def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
     """Header keys of each block; those that only the first block gives hold for all blocks."""
     keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    # the oil is one key, whatever its lines are called
+    has_oil_in_other_blocks = any(states_oil(table.keys) for table in tables[1:])
     keys_of_file = {
-        key: text for key, text in tables[0].keys.items() if key not in keys_of_other_blocks
+        key: text
+        for key, text in tables[0].keys.items()
+        if key not in keys_of_other_blocks
+        and not (has_oil_in_other_blocks and states_oil({key: text}))
     }
     return [keys_of_file | dict(table.keys) for table in tables]
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
-from oilfilm.logs.header import FORMAT_ADVICE
+from oilfilm.logs.header import FORMAT_ADVICE, keys_of_part
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalised
@@ -144,7 +144,7 @@ def _table(
         reason = f"the segment has no line `{_X_COLUMN}` with the names of its channels"
         problem = Refusal("columns", reason, FORMAT_ADVICE)
     return LoggedTable(
-        dict(_keys(file_header)) | dict(_keys(segment_header)),
+        keys_of_part(dict(_keys(file_header)), dict(_keys(segment_header))),
         names,
         units,
         text_table.numbers,

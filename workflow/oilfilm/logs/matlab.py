@@ -20,6 +20,7 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError
 from oilfilm.logs.columns import header_text, texts_of
+from oilfilm.logs.header import keys_of_part
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
@@ -121,7 +122,7 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
         for number, element in enumerate(elements, start=1):
             fields = {field: element[field] for field in value.dtype.names}
             run_name = f"{name}{number}" if len(elements) > 1 else name
-            table = _table(run_name, fields, keys | dict(_keys(fields)))
+            table = _table(run_name, fields, keys_of_part(keys, dict(_keys(fields))))
             if table is not None:
                 yield table
 
