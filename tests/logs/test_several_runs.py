@@ -244,6 +244,31 @@ def test_names_that_a_logger_repeats_while_time_goes_on_begin_no_run() -> None:
     assert [refusal.rule for refusal in reading.refusals] == ["unreadable_row"]
 
 
+DAMAGED_ROWS = ["0.36,--,--,--,--,--\n", "0.36,,,,,\n", "--,--,--,--,10.1,70.0\n"]
+
+
+@pytest.mark.parametrize("damaged", DAMAGED_ROWS)
+def test_damaged_row_above_repeated_names_is_refused_and_begins_no_run(damaged: str) -> None:
+    lines = csv({}, "# oil: 4102").splitlines(keepends=True)
+    reading = read("".join([*lines[:20], damaged, lines[1], *lines[21:]]))
+    (run,) = reading.runs
+    (refusal,) = reading.refusals
+    # rows 19 and 20: the damaged row and the names
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 19, 20)
+    assert (len(run), reading.row_count) == (ROWS - 1, ROWS + 1)
+
+
+@pytest.mark.parametrize("damaged", DAMAGED_ROWS)
+def test_damaged_row_at_the_end_of_a_block_is_refused(damaged: str) -> None:
+    log = csv({}, "# oil: 4102")
+    names = log.splitlines(keepends=True)[1]
+    reading = read(log + damaged + log[log.index(names) :])
+    assert [len(run) for run in reading.runs] == [ROWS, ROWS]
+    assert reading.row_count == 2 * ROWS + 1
+    refused = [refusal for refusal in reading.refusals if refusal.refused_rows]
+    assert [(refusal.first_row, refusal.last_row) for refusal in refused] == [(ROWS + 1, ROWS + 1)]
+
+
 # ---------------------------------------------------------------- last row, doubled columns
 
 

@@ -262,12 +262,28 @@ def _start_of_header(text: bytes, start_of_names: int, head: _Head) -> int:
     while start > 0:
         start_of_line_above = text.rfind(b"\n", 0, start - 1) + 1
         line = text[start_of_line_above : start - 1].decode("utf-8", "replace")
-        cells = _cells_of_line(line, head.delimiter)
-        number_cells = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
-        if len(cells) >= len(head.names) and len(number_cells) > len(cells) / 2:
+        if _is_row_above_names(line, head):
             return start
         start = start_of_line_above
     return start
+
+
+def _is_row_above_names(line: str, head: _Head) -> bool:
+    """Whether a line above a repeated line of names is a row, perhaps a damaged one.
+
+    It has a cell for each name, and most of them are numbers, or the first one is, or none is
+    empty. A table program fills header lines with empty cells.
+    """
+    cells = _cells_of_line(line, head.delimiter)
+    if len(cells) < len(head.names):
+        return False
+    is_number = [_is_number(cell) or text_rows.is_stamp(cell) for cell in cells]
+    if sum(is_number) > len(cells) / 2:
+        return True
+    # blanks separate the words of a header line, too
+    if head.delimiter == _BLANK_DELIMITER or line.startswith("#") or cells == head.names:
+        return False
+    return len(cells) == len(head.names) and (is_number[0] or all(cells))
 
 
 def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
@@ -278,14 +294,20 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
     )
     if time_index is None:
         return False
-    line_above = text[:start_of_names].rstrip(b"\n").rpartition(b"\n")[2]
-    times: list[str] = []
+    lines_above = text[:start_of_names][-text_rows.HEAD_BYTES :].split(b"\n")[-_LINES_COMPARED:]
     lines_below = text[start_of_names : start_of_names + text_rows.HEAD_BYTES].split(b"\n")[1:3]
-    for line in (line_above, *lines_below):
-        cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
-        cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
-        if cell[:1].isdigit():
-            times.append(cell)
+
+    def times_of(lines: Iterable[bytes]) -> list[str]:
+        times: list[str] = []
+        for line in lines:
+            cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
+            cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
+            if cell[:1].isdigit():
+                times.append(cell)
+        return times
+
+    # damaged rows have no time
+    times = [*times_of(lines_above)[-1:], *times_of(lines_below)]
     if len(times) < 2:
         return False
     try:
