@@ -326,6 +326,24 @@ def test_rows_of_a_log_with_zeros_near_its_top_are_counted() -> None:
     assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.row_count
 
 
+def test_short_last_number_is_cut_even_where_a_cell_above_it_is_empty() -> None:
+    log = with_whole_numbers(["12345"] * 9 + [""] + ["12345"] * 9 + ["123"])
+    reading = read(log)
+    assert len(reading.runs[0]) == 18
+    assert [refusal.first_row for refusal in reading.refusals] == [10, 20]
+    assert reading.refusals[1].rule == "unterminated_row"
+
+
+def with_whole_numbers(last_cells: list[str]) -> str:
+    """A csv log without a last line end, whose last column has these cells."""
+    names = list(VALUES)
+    names.append(names.pop(names.index("ball_speed")))
+    lines = ["# oil: 4102", ",".join(f"{name} [{formats.UNITS[name]}]" for name in names)]
+    for row, cell in enumerate(last_cells):
+        lines.append(",".join([*(f"{VALUES[name][row]:.3f}" for name in names[:-1]), cell]))
+    return "\n".join(lines)
+
+
 # ---------------------------------------------------------------- change of set point
 
 RATE_HZ = 10

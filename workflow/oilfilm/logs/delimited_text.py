@@ -213,6 +213,9 @@ def _with_line_end(
     if len(last_row) != width or not lengths_above:
         return body, ()
     last_length = _length_of_number(last_row[-1])
+    # an empty cell is no short number
+    lengths_of_numbers = [length for length in lengths_above if length.whole >= 0]
+    lengths_above = lengths_of_numbers or lengths_above
     shortest_whole = min(length.whole for length in lengths_above)
     fewest_decimals = min(length.decimals for length in lengths_above)
     most_decimals = max(length.decimals for length in lengths_above)
