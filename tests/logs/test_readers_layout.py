@@ -94,6 +94,9 @@ SAME = {
         rows=timed("2026-03-01T10:15:00,25+02:00", "2026-03-01T08:15:00,75Z")
     ),
     "stamps, day first": log(rows=quoted(timed("1.3.2026 10:15:00", "1.3.2026 10:15:00,5"))),
+    "unit row with 1": log(
+        [*NAMES, "slide_roll_ratio"], [*UNITS, "1"], [[*row, "0"] for row in ROWS]
+    ),
     "stamps over midnight": log(rows=timed("2026/12/31 23:59:59.75", "2027/01/01 00:00:00.25")),
     "time of day": log(rows=timed("23:59:59.75", "0:00:00.25")),
     "date beside": log(

@@ -651,8 +651,9 @@ def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
     """Whether the row below the names has units: most known columns have a usable unit there."""
-    # a row with a number is the first row of the log
-    if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
+    number_cells = [_bare_cell(cell) for cell in cells if _is_number(cell)]
+    # a row with a number is the first row of the log; 1 is the unit of a ratio
+    if any(cells[len(names) :]) or any(cell != "1" for cell in number_cells):
         return False
     units = [_bare_cell(cell) for cell in cells] + [""] * len(names)
     meanings = vocabulary.meanings(names, [""] * len(names))
@@ -665,7 +666,7 @@ def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabul
         return True
     # in a log of another kind only some units fit; its message must not be that units are missing
     has_long_unit = any(len(units[index]) > 1 for index in fitting_indices)
-    return has_long_unit and all(len(unit) <= _LONGEST_UNIT for unit in units)
+    return has_long_unit and not number_cells and all(len(unit) <= _LONGEST_UNIT for unit in units)
 
 
 def _is_number(cell: str) -> bool:
