@@ -9,8 +9,9 @@ from nptdms import ChannelObject
 
 import formats
 from bad_logs import CONFIG
-from oilfilm.logs.base import READING_NOTE, Reading
+from oilfilm.logs.base import READING_NOTE, LoggedRun, Reading
 from oilfilm.logs.ingest import read_log
+from oilfilm.logs.set_point_changes import row_indices_of_set_points
 
 ROWS = 40
 VALUES = formats.columns(ROWS)
@@ -399,6 +400,25 @@ def test_each_set_point_of_a_log_is_a_run(set_points: tuple[tuple[float, float],
         mean_speed = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
         assert np.median(mean_speed) == pytest.approx(speed, rel=0.01)
     assert {refusal.rule for refusal in reading.refusals} == {READING_NOTE}
+
+
+@pytest.mark.parametrize("row_count", [60, 1000, 30_000])
+@pytest.mark.parametrize("shift", [0, 1, 42, 57, 99])
+def test_set_point_changes_at_its_row_however_long_the_log_is(row_count: int, shift: int) -> None:
+    change = row_count // 2 + min(shift, row_count // 10)
+    random = np.random.default_rng(shift)
+    slip = np.concatenate([np.linspace(0, 0.1, change), np.linspace(0, 0.1, row_count - change)])
+    load = np.where(np.arange(row_count) < change, 50.0, 56.0)
+    load *= 1 + 0.005 * random.standard_normal(row_count)
+    samples = {
+        "row": np.arange(1, row_count + 1),
+        "load_n": load,
+        "ball_speed_m_s": 10 * (1 - slip / 2),
+        "disc_speed_m_s": 10 * (1 + slip / 2),
+    }
+    run = LoggedRun("run", "4102", "rig", "continuous", {}, samples)
+    first, second = row_indices_of_set_points(run)
+    assert (len(first), len(second)) == (change, row_count - change)
 
 
 def speed_by_slip(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
