@@ -42,6 +42,16 @@ def test_header_keys_may_be_fields_of_their_own(read) -> None:
     assert run.oil_name == "4102"
 
 
+@pytest.mark.parametrize("between", ["; ", ", ", ","])
+def test_decimal_comma_in_a_description_does_not_end_a_number(read, between: str) -> None:
+    keys = between.join(["oil: 4102", "max_hertz_pressure_gpa: 1,25", "entrainment_speed_m_s: 30"])
+    text = formats.lvm(VALUES, keys={}).decode().replace("Description\t", f"Description\t{keys}")
+    (run,) = read(text).runs
+    assert run.oil_name == "4102"
+    assert run.set_points["max_hertz_pressure_gpa"] == 1.25
+    assert run.set_points["entrainment_speed_m_s"] == 30
+
+
 def test_without_an_x_column_time_follows_from_the_sampling_interval(read) -> None:
     text = formats.lvm(VALUES).decode().replace("X_Columns\tOne", "X_Columns\tNo")
     head, names, rows = text.partition("X_Value")
