@@ -489,10 +489,14 @@ def _converted_values(
 
 
 def as_seconds(values: Values) -> Values:
-    """Instants as seconds since the first, durations as seconds; numbers stay as they are."""
+    """Instants as seconds since the first known one, durations as seconds; NaN where unknown.
+
+    Numbers stay as they are.
+    """
     if values.dtype.kind not in "mM":
         return values
-    start = values[0] if values.dtype.kind == "M" and len(values) else 0
+    is_instant = values.dtype.kind == "M" and len(values) > 0
+    start = values[np.argmin(np.isnat(values))] if is_instant else 0
     return (values - start) / np.timedelta64(1, "s")
 
 
