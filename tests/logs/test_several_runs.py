@@ -9,7 +9,7 @@ from nptdms import ChannelObject
 
 import formats
 from bad_logs import CONFIG
-from oilfilm.logs.base import READING_NOTE, LoggedRun, Reading
+from oilfilm.logs.base import READING_NOTE, LoggedRun, Reading, distinct_names
 from oilfilm.logs.ingest import read_log
 from oilfilm.logs.set_point_changes import row_indices_of_set_points
 
@@ -268,6 +268,17 @@ def test_damaged_row_at_the_end_of_a_block_is_refused(damaged: str) -> None:
     assert reading.row_count == 2 * ROWS + 1
     refused = [refusal for refusal in reading.refusals if refusal.refused_rows]
     assert [(refusal.first_row, refusal.last_row) for refusal in refused] == [(ROWS + 1, ROWS + 1)]
+
+
+@pytest.mark.parametrize(
+    "names", [["A", "A", "A-2"], ["A-2", "A", "A"], ["A"] * 4, ["A", "A-2", "A-2", "A"]]
+)
+def test_repeated_names_of_runs_become_distinct(names: list[str]) -> None:
+    distinct = distinct_names(names)
+    assert len(set(distinct)) == len(names)
+    assert distinct_names(["A"] * 3) == ["A", "A-2", "A-3"]
+    # the first run of a name keeps it
+    assert all(distinct[names.index(name)] == name for name in names)
 
 
 # ---------------------------------------------------------------- last row, doubled columns
