@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bad_logs import PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
+import formats
+from bad_logs import CONFIG, PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
 from campaigns import ETM, ROOT, Campaign, carry_logs
 from oilfilm.curation.curate import check_logs
 from oilfilm.logs.base import Reading
@@ -128,6 +129,14 @@ def test_row_that_contradicts_itself_is_refused(old: str, new: str) -> None:
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("identity_broken", 2, 2)
     assert reading.runs[0].samples["row"].tolist() == [1, 3]
+
+
+@pytest.mark.parametrize("title", ["# Traction Test Data File", "Test Data File of rig 7"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_table_with_the_title_of_a_pcs_file_is_a_csv_log(title: str, delimiter: str) -> None:
+    content = formats.csv(formats.columns(40)).replace(b",", delimiter.encode())
+    reader, reading = read_log(f"{title}\n".encode() + content, "log", CONFIG)
+    assert (reader, len(reading.runs[0])) == ("csv", 40)
 
 
 HALF_A_ROW = "\t".join(PCS_ROW.split("\t")[:2])

@@ -28,6 +28,8 @@ _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
 # A line with so many tabs is a row even where the line of names above it is damaged.
 _FEWEST_TABS_OF_ROW = 6
 _LINES_SEARCHED = 40
+# A line above the steps with so many marks between cells is a line of names or a row.
+_FEWEST_MARKS_OF_TABLE = 3
 # Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
 _SWEEP_TYPES = {"traction", "film"}
 # The surface speeds are computed: from both directions where both were measured.
@@ -61,10 +63,25 @@ class _Step:
 
 
 def recognises(head: bytes) -> bool:
-    """True where the first lines have a PCS step or the title of a PCS file."""
+    """True where the first lines have a PCS step, or the title of a PCS file above no table."""
     text = head.decode("utf-8-sig", "replace")
     lines = text.splitlines()[:_LINES_SEARCHED]
-    return any(_STEP.match(line) or "Test Data File" in line for line in lines)
+    return any(_STEP.match(line) for line in lines) or _has_title(lines)
+
+
+def _has_title(lines: Sequence[str]) -> bool:
+    """Whether lines have the title of a PCS file; another log may have these words above a table.
+
+    The lines of a step begin with `Step`, also where the first one is damaged.
+    """
+    has_title = False
+    for line in lines:
+        has_title |= "Test Data File" in line and not line.startswith("#")
+        if has_title and line.startswith("Step"):
+            return True
+        if any(line.count(mark) >= _FEWEST_MARKS_OF_TABLE for mark in ",;|\t"):
+            return False
+    return has_title
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
