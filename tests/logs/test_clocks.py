@@ -147,6 +147,17 @@ def test_channel_that_begins_later_is_paired_by_time(
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
+def test_rows_of_a_slow_channel_that_is_read_longer_are_refused_by_number(
+    writer: Callable[[dict[str, Clock]], bytes],
+) -> None:
+    reading = read(writer({"inlet_temperature": (0.0, 2 * INTERVAL_S, ROWS + 50)}))
+    np.testing.assert_allclose(check_truth(reading), TIME, atol=1e-9)
+    refused = [(found.first_row, found.last_row) for found in reading.refusals if found.first_row]
+    assert refused == [(ROWS + 1, ROWS + 50)]
+    assert reading.row_count == ROWS + 50
+
+
+@pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)
 def test_channels_that_were_never_read_together_are_refused(
     writer: Callable[[dict[str, Clock]], bytes],
 ) -> None:

@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pyarrow as arrow
 import pytest
 from hypothesis import given
@@ -18,6 +19,7 @@ from oilfilm.logs import ingest, raw_files
 from oilfilm.logs.base import Reading, UnreadableLogError
 from oilfilm.logs.header import header_keys, misspelt_key_problem, named_keys
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
+from oilfilm.logs.text_rows import seconds_of_stamps
 from oilfilm.settings.resolved import Settings
 
 NAMES = "time;load;traction_force;ball_speed;disc_speed;inlet_temperature".split(";")
@@ -49,6 +51,19 @@ def pointed(rows: list[list[str]] = ROWS) -> list[list[str]]:
 def named(*names: str) -> list[str]:
     units = dict(zip(NAMES, UNITS, strict=True))
     return [f"{name.replace('_', ' ').title()} [{units[name]}]" for name in names]
+
+
+@pytest.mark.parametrize("wrong", [["00:00:00"], ["02:00:00"] * 3, ["23:59:59"], ["23:59:59"] * 3])
+@pytest.mark.parametrize("start", ["00:10:00", "14:00:00", "23:59:30"])
+def test_wrong_time_stamps_do_not_begin_the_next_day(wrong: list[str], start: str) -> None:
+    first = pd.Timestamp(f"2026-03-01 {start}")
+    stamps = [f"{first + pd.Timedelta(seconds=row):%H:%M:%S}" for row in range(60)]
+    expected = np.arange(60.0)
+    is_wrong = np.zeros(60, dtype=bool)
+    is_wrong[12 : 12 + len(wrong)] = True
+    stamps[12 : 12 + len(wrong)] = wrong
+    seconds = seconds_of_stamps(pd.Series(stamps))
+    np.testing.assert_array_equal(seconds[~is_wrong], expected[~is_wrong])
 
 
 def timed(*stamps: str, rows: list[list[str]] = ROWS) -> list[list[str]]:
@@ -94,6 +109,9 @@ SAME = {
         rows=timed("2026-03-01T10:15:00,25+02:00", "2026-03-01T08:15:00,75Z")
     ),
     "stamps, day first": log(rows=quoted(timed("1.3.2026 10:15:00", "1.3.2026 10:15:00,5"))),
+    "unit row with 1": log(
+        [*NAMES, "slide_roll_ratio"], [*UNITS, "1"], [[*row, "0"] for row in ROWS]
+    ),
     "stamps over midnight": log(rows=timed("2026/12/31 23:59:59.75", "2027/01/01 00:00:00.25")),
     "time of day": log(rows=timed("23:59:59.75", "0:00:00.25")),
     "date beside": log(

@@ -42,6 +42,16 @@ def test_header_keys_may_be_fields_of_their_own(read) -> None:
     assert run.oil_name == "4102"
 
 
+@pytest.mark.parametrize("between", ["; ", ", ", ","])
+def test_decimal_comma_in_a_description_does_not_end_a_number(read, between: str) -> None:
+    keys = between.join(["oil: 4102", "max_hertz_pressure_gpa: 1,25", "entrainment_speed_m_s: 30"])
+    text = formats.lvm(VALUES, keys={}).decode().replace("Description\t", f"Description\t{keys}")
+    (run,) = read(text).runs
+    assert run.oil_name == "4102"
+    assert run.set_points["max_hertz_pressure_gpa"] == 1.25
+    assert run.set_points["entrainment_speed_m_s"] == 30
+
+
 def test_without_an_x_column_time_follows_from_the_sampling_interval(read) -> None:
     text = formats.lvm(VALUES).decode().replace("X_Columns\tOne", "X_Columns\tNo")
     head, names, rows = text.partition("X_Value")
@@ -75,6 +85,60 @@ def test_x_column_of_each_channel_is_read_where_the_clocks_agree(read) -> None:
     # half an interval later: the last channel has no reading at the first row
     (later,) = read(multi(VALUES["time"] + 0.01)).runs
     np.testing.assert_allclose(later.samples["load_n"], VALUES["load"][1:] * 9.80665, rtol=1e-12)
+
+
+def with_cells(text: str, cells: dict[tuple[int, int], str]) -> str:
+    """A text with other cells: (row from 0, column) -> text."""
+    lines = text.split("\n")
+    first_row = next(number for number, line in enumerate(lines) if line.startswith("X_Value")) + 1
+    for (row, column), cell in cells.items():
+        cells_of_line = lines[first_row + row].split("\t")
+        cells_of_line[column] = cell
+        lines[first_row + row] = "\t".join(cells_of_line)
+    return "\n".join(lines)
+
+
+# half an interval later than the clock of the other channels
+LATER = VALUES["time"] + 0.01
+
+
+@pytest.mark.parametrize("row", [12, 38])
+def test_channels_with_clocks_of_their_own_are_refused_where_time_falls(read, row: int) -> None:
+    clock = VALUES["time"].copy()
+    clock[row:] -= clock[row]
+    shift = {
+        (index, column): f"{clock[index]:.2f}" for index in range(row, 40) for column in (0, 2)
+    }
+    reading = read(with_cells(multi(LATER), shift))
+    (refusal,) = reading.refusals
+    assert (reading.runs, refusal.rule, refusal.refused_rows) == ([], "clocks", 40)
+    assert f"falls from {clock[row - 1]:g} to 0 in row {row + 1}" in refusal.reason
+
+
+def test_bad_rows_of_channels_with_clocks_of_their_own_are_refused_by_number(read) -> None:
+    # the force stops before the end, in one row the load has no time, and one row has no time
+    cells = {(row, 3): "OVL" for row in (37, 38, 39)} | {(20, 0): "OVL"}
+    cells |= {(10, column): "--" for column in range(10)}
+    reading = read(with_cells(multi(LATER), cells))
+    refused = [(found.first_row, found.last_row) for found in reading.refusals if found.first_row]
+    # the last channel has no reading at row 1, and none beside its gap in row 11
+    assert refused == [(1, 1), (11, 12), (21, 21), (38, 40)]
+    (run,) = reading.runs
+    kept = run.samples["row"] - 1
+    assert (reading.row_count, len(kept)) == (40, 33)
+    np.testing.assert_array_equal(run.samples["traction_force_n"], VALUES["traction_force"][kept])
+    np.testing.assert_allclose(run.samples["time_s"], VALUES["time"][kept])
+
+
+def test_half_written_file_with_clocks_of_their_own_is_truncated(read) -> None:
+    whole = multi(LATER)
+    cut = whole[: whole.rindex("\t") - 20]
+    reading = read(cut)
+    assert reading.runs[0].refusal.rule == "truncated"
+    assert reading.row_count == 40
+    reading = read(whole.removesuffix("\n"))
+    assert "unterminated_row" in {refusal.rule for refusal in reading.refusals}
+    assert reading.runs[0].refusal is None
 
 
 def test_file_cut_in_mid_row_is_flawed_and_keeps_its_good_rows(read) -> None:

@@ -52,6 +52,41 @@ def test_form_of_a_log_is_read(read, variables: dict[str, Any], compressed: bool
     assert reading.refusals == []
 
 
+def with_units(vectors: dict[str, Any], units: list[str]) -> bytes:
+    beside = {"units": np.array(units, dtype=object), "oil": "4102"}
+    return mat({**vectors, **beside}, oned_as="column")
+
+
+RUNS = np.array(["A"] * 15 + ["B"] * 15, dtype=object)
+HEATER = {"heater": np.arange(3.0)}
+UNITS = list(formats.UNITS.values())
+
+
+@pytest.mark.parametrize(
+    ("vectors", "units"),
+    [
+        ({**VALUES, "Run": RUNS}, UNITS),
+        ({"Run": RUNS, **VALUES}, ["", *UNITS]),
+        ({**HEATER, **VALUES}, ["W", *UNITS]),
+        ({**HEATER, **VALUES}, UNITS),
+        ({**HEATER, "Run": RUNS, **VALUES}, ["W", "", *UNITS]),
+        ({name: column[:6] for name, column in VALUES.items()}, UNITS),
+    ],
+    ids=["text", "text with a unit", "other length", "table only", "both", "rows as many as units"],
+)
+def test_units_are_those_of_the_vectors(read, vectors: dict[str, Any], units: list[str]) -> None:
+    runs = read(with_units(vectors, units)).runs
+    load = np.concatenate([run.samples["load_n"] for run in runs])
+    np.testing.assert_allclose(load, vectors["load"] * 9.80665)
+
+
+def test_units_that_may_be_those_of_two_sets_of_vectors_are_not_used(read) -> None:
+    # those of the columns with the text, or of the vectors of numbers
+    reading = read(with_units({**HEATER, **VALUES, "Run": RUNS}, ["W", *UNITS]))
+    assert reading.runs == []
+    assert all("has no unit" in refusal.reason for refusal in reading.refusals)
+
+
 @pytest.mark.parametrize("name", ["colheaders", "names"])
 def test_matrix_with_names_of_its_columns_is_read(read, name: str) -> None:
     for log in (

@@ -38,6 +38,23 @@ def test_numbers_of_any_width_are_read(read, column: Any) -> None:
     assert read(with_load(column)).runs[0].samples["load_n"].tolist() == list(range(40))
 
 
+@pytest.mark.parametrize("missing_row", [0, 20, 39])
+def test_missing_time_stamp_refuses_its_row_only(read, missing_row: int) -> None:
+    instants = list(pd.date_range("2026-03-01", periods=40, freq="20ms"))
+    instants[missing_row] = None
+    column = arrow.array(instants, arrow.timestamp("us"))
+    reading = read(formats.parquet_file(formats.table(VALUES).set_column(0, "time", column)))
+    (refusal,) = reading.refusals
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == (
+        "unreadable_row",
+        missing_row + 1,
+        missing_row + 1,
+    )
+    time_s = reading.runs[0].samples["time_s"]
+    expected = np.delete(VALUES["time"], missing_row)
+    np.testing.assert_allclose(time_s - time_s[0], expected - expected[0], atol=1e-9)
+
+
 @pytest.mark.parametrize(
     "column", [arrow.array(40 * [each]) for each in ("80.1", [1.0], {"a": 1.0}, True, b"x", None)]
 )

@@ -6,7 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bad_logs import PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
+import formats
+from bad_logs import CONFIG, PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
 from campaigns import ETM, ROOT, Campaign, carry_logs
 from oilfilm.curation.curate import check_logs
 from oilfilm.logs.base import Reading
@@ -128,6 +129,33 @@ def test_row_that_contradicts_itself_is_refused(old: str, new: str) -> None:
     (refusal,) = reading.refusals
     assert (refusal.rule, refusal.first_row, refusal.last_row) == ("identity_broken", 2, 2)
     assert reading.runs[0].samples["row"].tolist() == [1, 3]
+
+
+@pytest.mark.parametrize(
+    ("forces", "is_refused"),
+    [("1.23\t-1.24\t1.24\t0.0413", False), ("1.23\t-1.24\t1.26\t0.0420", True)],
+)
+def test_row_with_fewer_digits_agrees_to_its_own_rounding(forces: str, is_refused: bool) -> None:
+    row = PCS_ROW.replace("50.0000\t-50.0000\t50.0000\t0.0500", forces)
+    row = row.replace("\t1000.000\t", "\t30.0\t")
+    reading = read(pcs(row, row, row))
+    assert [refusal.rule for refusal in reading.refusals] == ["identity_broken"] * is_refused
+
+
+def test_blank_column_does_not_loosen_the_comparison_of_a_row_with_itself() -> None:
+    cells = PCS_ROW.split("\t")
+    one_way = "\t".join([*cells[:5], "", cells[6], "", *cells[8:]])
+    assert read(pcs(one_way, one_way)).refusals == []
+    (refusal,) = read(pcs(one_way, one_way.replace("25.00\t5.00", "25.05\t5.00"))).refusals
+    assert (refusal.rule, refusal.first_row) == ("identity_broken", 2)
+
+
+@pytest.mark.parametrize("title", ["# Traction Test Data File", "Test Data File of rig 7"])
+@pytest.mark.parametrize("delimiter", [",", ";", "\t"])
+def test_table_with_the_title_of_a_pcs_file_is_a_csv_log(title: str, delimiter: str) -> None:
+    content = formats.csv(formats.columns(40)).replace(b",", delimiter.encode())
+    reader, reading = read_log(f"{title}\n".encode() + content, "log", CONFIG)
+    assert (reader, len(reading.runs[0])) == ("csv", 40)
 
 
 HALF_A_ROW = "\t".join(PCS_ROW.split("\t")[:2])

@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import openpyxl
 import pyarrow as arrow
 import pytest
@@ -228,6 +229,59 @@ def test_runs_of_one_file_have_rows_of_their_own() -> None:
     (remark,) = found.quarantine.to_dict("records")
     assert remark["rule"] == "sheet_row_unmatched"
     assert "'a.tdms', run 'C', but the runs of the log are 'A', 'B'" in remark["reason"]
+
+
+def two_runs(*, loads_n: Sequence[float] = (80, 80), restarts: bool = False) -> bytes:
+    """A log with a column `Run`: A in two halves, with their loads and clocks, and B."""
+    names = ["Run", *(f"{name} [{UNITS[name]}]" for name in good())]
+    lines = [",".join(names)]
+    rows = 400
+    for row_index in range(3 * rows):
+        half, row_of_half = divmod(row_index, rows)
+        load = [*loads_n, loads_n[0]][half]
+        slip = 0.1 * row_of_half / rows
+        time = row_of_half if restarts else row_index
+        force = 0.03 * load
+        speeds = f"{28000 * (1 - slip / 2):.3f},{7000 * (1 + slip / 2):.3f}"
+        lines.append(f"{'AAB'[half]},{0.02 * time:.2f},{load},{force},{speeds},70")
+    return ("\n".join(lines) + "\n").encode()
+
+
+@pytest.mark.parametrize(
+    ("log", "parts"),
+    [
+        (two_runs(loads_n=(50, 100)), ["A setpoint1", "A setpoint2"]),
+        (two_runs(restarts=True), ["A part1", "A part2"]),
+    ],
+    ids=["set points", "restart of time"],
+)
+def test_row_of_a_run_holds_for_each_part_into_which_the_run_is_divided(
+    log: bytes, parts: Sequence[str]
+) -> None:
+    text = "file,run,oil,exclude\na.csv,A,4102,pump failed\na.csv,B,4050,\n"
+    found = ingested(text, {"a.csv": log})
+    assert found.runs[["run_id", "oil", "rule"]].to_numpy().tolist() == [
+        *([f"a.csv:{part}", "4102", "excluded"] for part in parts),
+        ["a.csv:B", "4050", ""],
+    ]
+    assert "sheet_row_unmatched" not in set(found.quarantine["rule"])
+
+
+def test_row_of_a_run_with_two_oils_holds_for_the_rows_of_both() -> None:
+    names = ",".join(f"{name} [{UNITS[name]}]" for name in good())
+    lines = [f"Run,Oil,{names}"]
+    rows = np.column_stack(list(good().values())).tolist()
+    for label, rows_of_label in zip(
+        ["A,4102", "A,4050", "B,4102"], np.array_split(rows, 3), strict=True
+    ):
+        lines += [",".join([label, *map(repr, cells)]) for cells in rows_of_label.tolist()]
+    log = ("\n".join(lines) + "\n").encode()
+    found = ingested("file,run,exclude\na.csv,A,pump failed\n", {"a.csv": log})
+    assert found.runs[["run_id", "rule"]].to_numpy().tolist() == [
+        ["a.csv:A 4102", "excluded"],
+        ["a.csv:A 4050", "excluded"],
+        ["a.csv:B 4102", ""],
+    ]
 
 
 def test_steps_of_a_pcs_export_may_be_of_several_oils() -> None:

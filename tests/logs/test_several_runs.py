@@ -9,8 +9,9 @@ from nptdms import ChannelObject
 
 import formats
 from bad_logs import CONFIG
-from oilfilm.logs.base import READING_NOTE, Reading
+from oilfilm.logs.base import READING_NOTE, LoggedRun, Reading, distinct_names
 from oilfilm.logs.ingest import read_log
+from oilfilm.logs.set_point_changes import row_indices_of_set_points
 
 ROWS = 40
 VALUES = formats.columns(ROWS)
@@ -201,6 +202,34 @@ def test_repeated_header_blocks_are_runs_with_their_own_set_points() -> None:
     assert reading.row_count == 18
 
 
+@pytest.mark.parametrize("first", ["oil: 4102", "lubricant: 4102"])
+def test_oil_of_a_block_is_its_own_whatever_its_line_is_called(first: str) -> None:
+    text = f"# {first}\n" + block(20, 1) + "# Lube\t4050\n" + block(40, 2)
+    assert [run.oil_name for run in read(text).runs] == ["4102", "4050"]
+
+
+@pytest.mark.parametrize("header", ["# oil: 4102\n# lubricant: 4050", "# lube: 4050\n# Öl: 4102"])
+def test_header_lines_that_name_two_oils_of_the_campaign_refuse_the_log(header: str) -> None:
+    reading = read(csv({}, header))
+    assert (reading.runs, [refusal.rule for refusal in reading.refusals]) == ([], ["unknown_oil"])
+
+
+def test_header_line_that_describes_the_oil_contradicts_nothing() -> None:
+    (run,) = read(csv({}, "# oil: 4102\n# oil_type: mineral\n# lubricant: 4102")).runs
+    assert run.oil_name == "4102"
+
+
+def test_oil_of_a_segment_or_group_is_its_own_whatever_its_line_is_called() -> None:
+    lines = formats.lvm_header({"oil": "4102"})
+    lines += formats.lvm_segment(VALUES, formats.UNITS, ".", "lubricant: 4050")
+    lines += formats.lvm_segment(VALUES, formats.UNITS, ".")
+    assert [run.oil_name for run in read("\n".join(lines), "lvm").runs] == ["4050", "4102"]
+    groups = [formats.GroupObject("a", {"lubricant": "4050"}), formats.GroupObject("b")]
+    channels = [channel for name in "ab" for channel in formats.tdms_channels(name, VALUES)]
+    content = formats.tdms_file([formats.RootObject({"oil": "4102"}), *groups, *channels])
+    assert [run.oil_name for run in read(content, "tdms").runs] == ["4050", "4102"]
+
+
 def test_set_point_of_the_first_block_is_not_that_of_a_block_without_one() -> None:
     without = block(0, 2).replace("Load (N)\t0\n", "")
     runs = read("Lubricant\t4102\n" + block(20, 1) + without + block(60, 3)).runs
@@ -214,6 +243,42 @@ def test_names_that_a_logger_repeats_while_time_goes_on_begin_no_run() -> None:
     (run,) = reading.runs
     assert len(run) == ROWS
     assert [refusal.rule for refusal in reading.refusals] == ["unreadable_row"]
+
+
+DAMAGED_ROWS = ["0.36,--,--,--,--,--\n", "0.36,,,,,\n", "--,--,--,--,10.1,70.0\n"]
+
+
+@pytest.mark.parametrize("damaged", DAMAGED_ROWS)
+def test_damaged_row_above_repeated_names_is_refused_and_begins_no_run(damaged: str) -> None:
+    lines = csv({}, "# oil: 4102").splitlines(keepends=True)
+    reading = read("".join([*lines[:20], damaged, lines[1], *lines[21:]]))
+    (run,) = reading.runs
+    (refusal,) = reading.refusals
+    # rows 19 and 20: the damaged row and the names
+    assert (refusal.rule, refusal.first_row, refusal.last_row) == ("unreadable_row", 19, 20)
+    assert (len(run), reading.row_count) == (ROWS - 1, ROWS + 1)
+
+
+@pytest.mark.parametrize("damaged", DAMAGED_ROWS)
+def test_damaged_row_at_the_end_of_a_block_is_refused(damaged: str) -> None:
+    log = csv({}, "# oil: 4102")
+    names = log.splitlines(keepends=True)[1]
+    reading = read(log + damaged + log[log.index(names) :])
+    assert [len(run) for run in reading.runs] == [ROWS, ROWS]
+    assert reading.row_count == 2 * ROWS + 1
+    refused = [refusal for refusal in reading.refusals if refusal.refused_rows]
+    assert [(refusal.first_row, refusal.last_row) for refusal in refused] == [(ROWS + 1, ROWS + 1)]
+
+
+@pytest.mark.parametrize(
+    "names", [["A", "A", "A-2"], ["A-2", "A", "A"], ["A"] * 4, ["A", "A-2", "A-2", "A"]]
+)
+def test_repeated_names_of_runs_become_distinct(names: list[str]) -> None:
+    distinct = distinct_names(names)
+    assert len(set(distinct)) == len(names)
+    assert distinct_names(["A"] * 3) == ["A", "A-2", "A-3"]
+    # the first run of a name keeps it
+    assert all(distinct[names.index(name)] == name for name in names)
 
 
 # ---------------------------------------------------------------- last row, doubled columns
@@ -273,6 +338,24 @@ def test_rows_of_a_log_with_zeros_near_its_top_are_counted() -> None:
     assert kept + sum(refusal.refused_rows for refusal in reading.refusals) == reading.row_count
 
 
+def test_short_last_number_is_cut_even_where_a_cell_above_it_is_empty() -> None:
+    log = with_whole_numbers(["12345"] * 9 + [""] + ["12345"] * 9 + ["123"])
+    reading = read(log)
+    assert len(reading.runs[0]) == 18
+    assert [refusal.first_row for refusal in reading.refusals] == [10, 20]
+    assert reading.refusals[1].rule == "unterminated_row"
+
+
+def with_whole_numbers(last_cells: list[str]) -> str:
+    """A csv log without a last line end, whose last column has these cells."""
+    names = list(VALUES)
+    names.append(names.pop(names.index("ball_speed")))
+    lines = ["# oil: 4102", ",".join(f"{name} [{formats.UNITS[name]}]" for name in names)]
+    for row, cell in enumerate(last_cells):
+        lines.append(",".join([*(f"{VALUES[name][row]:.3f}" for name in names[:-1]), cell]))
+    return "\n".join(lines)
+
+
 # ---------------------------------------------------------------- change of set point
 
 RATE_HZ = 10
@@ -328,6 +411,25 @@ def test_each_set_point_of_a_log_is_a_run(set_points: tuple[tuple[float, float],
         mean_speed = (run.samples["ball_speed_m_s"] + run.samples["disc_speed_m_s"]) / 2
         assert np.median(mean_speed) == pytest.approx(speed, rel=0.01)
     assert {refusal.rule for refusal in reading.refusals} == {READING_NOTE}
+
+
+@pytest.mark.parametrize("row_count", [60, 1000, 30_000])
+@pytest.mark.parametrize("shift", [0, 1, 42, 57, 99])
+def test_set_point_changes_at_its_row_however_long_the_log_is(row_count: int, shift: int) -> None:
+    change = row_count // 2 + min(shift, row_count // 10)
+    random = np.random.default_rng(shift)
+    slip = np.concatenate([np.linspace(0, 0.1, change), np.linspace(0, 0.1, row_count - change)])
+    load = np.where(np.arange(row_count) < change, 50.0, 56.0)
+    load *= 1 + 0.005 * random.standard_normal(row_count)
+    samples = {
+        "row": np.arange(1, row_count + 1),
+        "load_n": load,
+        "ball_speed_m_s": 10 * (1 - slip / 2),
+        "disc_speed_m_s": 10 * (1 + slip / 2),
+    }
+    run = LoggedRun("run", "4102", "rig", "continuous", {}, samples)
+    first, second = row_indices_of_set_points(run)
+    assert (len(first), len(second)) == (change, row_count - change)
 
 
 def speed_by_slip(part: dict[str, np.ndarray]) -> dict[str, np.ndarray]:

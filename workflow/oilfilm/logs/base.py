@@ -1,6 +1,5 @@
 """What a raw file gives: runs, and refusals of what cannot be used."""
 
-from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any, Self
@@ -315,15 +314,28 @@ def _set_point_range(set_point_key: str) -> tuple[float, float]:
 
 
 def distinct_names(names: Iterable[str]) -> list[str]:
-    """Printable names; a number is added to a name that repeats an earlier one."""
-    occurrences: Counter[str] = Counter()
-    distinct = []
-    for name in names:
-        # a name becomes part of other names: no backslashes of escaped characters
-        printable_name = "".join(mark if mark.isprintable() else "?" for mark in name)[:80]
-        occurrences[printable_name] += 1
-        count = occurrences[printable_name]
-        distinct.append(f"{printable_name}-{count}" if count > 1 else printable_name)
+    """Printable names; a number is added to a name that repeats an earlier one.
+
+    Examples:
+        >>> distinct_names(["A", "A", "A-2"])
+        ['A', 'A-3', 'A-2']
+    """
+    # a name becomes part of other names: no backslashes of escaped characters
+    printable_names = [
+        "".join(mark if mark.isprintable() else "?" for mark in name)[:80] for name in names
+    ]
+    taken_names = set(printable_names)
+    number_of_name: dict[str, int] = {}
+    distinct: list[str] = []
+    for printable_name in printable_names:
+        distinct_name = printable_name
+        is_repeated = printable_name in number_of_name
+        number_of_name.setdefault(printable_name, 1)
+        while is_repeated and distinct_name in taken_names:
+            number_of_name[printable_name] += 1
+            distinct_name = f"{printable_name}-{number_of_name[printable_name]}"
+        taken_names.add(distinct_name)
+        distinct.append(distinct_name)
     return distinct
 
 

@@ -70,7 +70,10 @@ def _is_one_clock(clocks: Sequence[Clock], row_count: int) -> bool:
 
 
 class _Channel(NamedTuple):
-    """Readings of a channel and the time of each, both of shape (readings,)."""
+    """Readings of a channel and the time of each, both of shape (readings,).
+
+    They begin and end with a reading whose time is known.
+    """
 
     times: FloatArray
     readings: FloatArray
@@ -84,6 +87,8 @@ def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
         channel_indices: Indices of the channels that are read.
     """
     channels: dict[int, _Channel] = {}
+    times_of_row: dict[int, FloatArray] = {}
+    readings_of_row: dict[int, FloatArray] = {}
     units = {
         table.clock_of_column[index].unit
         for index in channel_indices
@@ -92,15 +97,15 @@ def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
     for index, readings in zip(channel_indices, table.read_values(channel_indices), strict=True):
         if readings.dtype.kind not in "iuf":
             return table
-        times = _times_of_channel(table, index)
-        index_with_reading = np.flatnonzero(np.isfinite(readings) & np.isfinite(times))
-        # shorter channels end in rows without a number
-        reading_count = int(index_with_reading[-1]) + 1 if len(index_with_reading) else 0
-        channels[index] = _Channel(
-            times[:reading_count], readings[:reading_count].astype(np.float64)
-        )
+        times_of_row[index] = _times_of_channel(table, index)
+        readings_of_row[index] = readings.astype(np.float64)
+        channels[index] = _channel(times_of_row[index], readings_of_row[index])
     if len(units) > 1 or any(len(channel.times) < 2 for channel in channels.values()):
         return table
+    for index in channels:
+        problem = _falling_time_problem(table.names[index], times_of_row[index])
+        if problem:
+            return replace(table, problem=problem)
     interval_of_index = {
         index: float(np.median(np.diff(channel.times))) for index, channel in channels.items()
     }
@@ -116,13 +121,16 @@ def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
         ),
         key=lambda index: channels[index].times[0],
     )
-    times_of_fastest = channels[fastest_index].times
+    times_of_fastest = times_of_row[fastest_index]
     latest_start = max(float(channel.times[0]) for channel in channels.values())
     earliest_end = min(float(channel.times[-1]) for channel in channels.values())
     if latest_start >= earliest_end:
         return replace(table, problem=_no_overlap_problem(table, channels))
-    numbers_of_index: dict[int, Values] = {}
+    # a reading with a time of its own is not interpolated
+    numbers_of_index: dict[int, Values] = {fastest_index: readings_of_row[fastest_index]}
     for index, (times, readings) in channels.items():
+        if index == fastest_index:
+            continue
         interpolated_readings = np.interp(times_of_fastest, times, readings)
         # what is read as often as the fastest channel has a reading of its own for each row
         hold_time = (
@@ -134,8 +142,49 @@ def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
             > hold_time + tolerance
         )
         numbers_of_index[index] = np.where(is_beyond, np.nan, interpolated_readings)
+    table_with_time = _with_time_column(table, times_of_fastest, units.pop(), numbers_of_index)
     note = _note_on_clocks(table, channels, interval_of_index, fastest_index)
-    return _with_time_column(table, times_of_fastest, units.pop(), numbers_of_index).with_note(note)
+    return table_with_time.with_note(note) if note else table_with_time
+
+
+def _channel(times_of_row: FloatArray, readings_of_row: FloatArray) -> _Channel:
+    """The readings of a channel, without the rows above its first and below its last one.
+
+    Args:
+        times_of_row: Its times, shape (rows,).
+        readings_of_row: Its readings, shape (rows,).
+    """
+    # shorter channels end in rows without a number
+    index_with_reading = np.flatnonzero(np.isfinite(readings_of_row) & np.isfinite(times_of_row))
+    if len(index_with_reading) == 0:
+        return _Channel(np.array([]), np.array([]))
+    row_index = np.arange(index_with_reading[0], index_with_reading[-1] + 1)
+    times, readings = times_of_row[row_index], readings_of_row[row_index]
+    # a row without a time is a gap between its neighbours
+    has_time = np.isfinite(times)
+    return _Channel(
+        np.interp(row_index, row_index[has_time], times[has_time]),
+        np.where(has_time, readings, np.nan),
+    )
+
+
+def _falling_time_problem(name: str, times_of_row: FloatArray) -> base.Refusal | None:
+    """Why a channel whose time falls cannot be brought to the time of others; None if it rises."""
+    rows_with_time = np.flatnonzero(np.isfinite(times_of_row))
+    times = times_of_row[rows_with_time]
+    falls = np.flatnonzero(np.diff(times) < 0)
+    if len(falls) == 0:
+        return None
+    fall = int(falls[0])
+    reason = (
+        f"the channels have clocks of their own, and the time of {name[:60]!r} falls from "
+        f"{times[fall]:.6g} to {times[fall + 1]:.6g} in row {rows_with_time[fall + 1] + 1} of its "
+        "table; expected times that rise"
+    )
+    advice = (
+        "Correct this time where it is wrong; where a run begins there, export each run on its own."
+    )
+    return base.Refusal("clocks", reason, advice)
 
 
 def _clock_since_log_start(table: LoggedTable, index: int) -> Clock:
@@ -181,11 +230,11 @@ def _with_time_column(
         names=[*table.names, "time"],
         units=[*table.units, unit],
         read_values=read_values,
-        row_count=len(time),
         # labels are not read by a clock
         read_texts=None if aligned_values_of_index else table.read_texts,
         show_row=None if aligned_values_of_index else table.show_row,
-        cut_row_cell_count=0 if aligned_values_of_index else table.cut_row_cell_count,
+        # with the cell of the time
+        cut_row_cell_count=table.cut_row_cell_count + 1 if table.cut_row_cell_count else 0,
     )
 
 
@@ -204,7 +253,7 @@ def _note_on_clocks(
     interval_of_index: Mapping[int, float],
     fastest_index: int,
 ) -> str:
-    """The sentence about channels whose clock is not that of the fastest one."""
+    """The sentence about channels whose clock is not that of the fastest one; empty if all are."""
     times_of_fastest = channels[fastest_index].times
     other_channels: list[str] = []
     for index, channel in channels.items():
@@ -221,6 +270,8 @@ def _note_on_clocks(
                 f"{table.names[index][:60]!r} (from {times[0]:.6g}, every "
                 f"{interval_of_index[index]:.4g})"
             )
+    if not other_channels:
+        return ""
     return (
         f"{', '.join(other_channels)} have clocks of their own; they are interpolated onto the "
         "times of "

@@ -53,14 +53,14 @@ def read_tables(
     form = tables_of_file[0]
     row_count = 0
     reading = base.Reading(0, form=form)
-    run_names: list[str] = []
+    names_of_runs: list[tuple[str, ...]] = []
     context = _Context(file, form, settings, kind, sheet)
     for table in tables_of_file[1]:
         run_tables = _tables_of_runs(table, settings, kind)
         for run_table in run_tables:
-            run_names += _read_run(run_table, row_count + 1, reading, context)
+            names_of_runs += _read_run(run_table, row_count + 1, reading, context)
         row_count += sum(run_table.row_count for run_table in run_tables)
-    refusals = [*reading.refusals, *sheet.unmatched_rows(file, run_names)]
+    refusals = [*reading.refusals, *sheet.unmatched_rows(file, names_of_runs)]
     return replace(reading, row_count=row_count, refusals=refusals)
 
 
@@ -94,25 +94,25 @@ class _Context:
 
 def _read_run(
     table: LoggedTable, first_row_number: int, reading: base.Reading, context: _Context
-) -> list[str]:
+) -> list[tuple[str, ...]]:
     """Add the run of a table, or why it is refused, to the reading of its file.
 
     A run at several set points is added as several runs.
 
     Returns:
-        The names of the runs in the file; none where the file is one run.
+        The names of each run in the file; none where the file is one run.
     """
     form, kind = context.form, context.kind
     encoding_in_words = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
-    labels = context.sheet.labels(context.file, table.run_name, table.keys, context.settings)
+    labels = context.sheet.labels(context.file, table.sheet_names, table.keys, context.settings)
     try:
         run, refusals = _read_table(table, labels, first_row_number, form, context.settings, kind)
         tables_of_set_points = _tables_of_set_points(table, run, first_row_number, kind)
         if len(tables_of_set_points) > 1:
             return [
-                name
+                run_names
                 for table_of_set_point in tables_of_set_points
-                for name in _read_run(table_of_set_point, first_row_number, reading, context)
+                for run_names in _read_run(table_of_set_point, first_row_number, reading, context)
             ]
         reading.runs.append(run)
     except (ValueError, base.UnreadableLogError) as error:
@@ -127,7 +127,7 @@ def _read_run(
         refusals = [problem.of_rows(run_id, first, last) for first, last in row_ranges]
     reading.refusals.extend(refusals)
     reading.refusals.extend(labels.remarks)
-    return [table.run_name] if table.run_name else []
+    return [table.sheet_names] if table.run_name else []
 
 
 def _tables_of_set_points(
@@ -154,6 +154,7 @@ def _tables_of_set_points(
     ):
         name = f"{table.run_name} setpoint{number}".strip()
         table_of_part = table.select_rows(row_index, name, table.keys)
+        table_of_part = replace(table_of_part, undivided_names=table.sheet_names)
         tables_of_parts.append(table_of_part.with_note(note))
     return tables_of_parts
 
@@ -488,10 +489,14 @@ def _converted_values(
 
 
 def as_seconds(values: Values) -> Values:
-    """Instants as seconds since the first, durations as seconds; numbers stay as they are."""
+    """Instants as seconds since the first known one, durations as seconds; NaN where unknown.
+
+    Numbers stay as they are.
+    """
     if values.dtype.kind not in "mM":
         return values
-    start = values[0] if values.dtype.kind == "M" and len(values) else 0
+    is_instant = values.dtype.kind == "M" and len(values) > 0
+    start = values[np.argmin(np.isnat(values))] if is_instant else 0
     return (values - start) / np.timedelta64(1, "s")
 
 

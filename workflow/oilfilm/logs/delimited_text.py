@@ -18,7 +18,7 @@ from typing import NamedTuple
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
 from oilfilm.logs.base import TextForm, UnreadableLogError, check_row_count, parse_decimal
-from oilfilm.logs.header import FULL_WIDTH
+from oilfilm.logs.header import FULL_WIDTH, states_oil
 from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.log_kind import Meanings, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
@@ -213,6 +213,9 @@ def _with_line_end(
     if len(last_row) != width or not lengths_above:
         return body, ()
     last_length = _length_of_number(last_row[-1])
+    # an empty cell is no short number
+    lengths_of_numbers = [length for length in lengths_above if length.whole >= 0]
+    lengths_above = lengths_of_numbers or lengths_above
     shortest_whole = min(length.whole for length in lengths_above)
     fewest_decimals = min(length.decimals for length in lengths_above)
     most_decimals = max(length.decimals for length in lengths_above)
@@ -262,12 +265,28 @@ def _start_of_header(text: bytes, start_of_names: int, head: _Head) -> int:
     while start > 0:
         start_of_line_above = text.rfind(b"\n", 0, start - 1) + 1
         line = text[start_of_line_above : start - 1].decode("utf-8", "replace")
-        cells = _cells_of_line(line, head.delimiter)
-        number_cells = [cell for cell in cells if _is_number(cell) or text_rows.is_stamp(cell)]
-        if len(cells) >= len(head.names) and len(number_cells) > len(cells) / 2:
+        if _is_row_above_names(line, head):
             return start
         start = start_of_line_above
     return start
+
+
+def _is_row_above_names(line: str, head: _Head) -> bool:
+    """Whether a line above a repeated line of names is a row, perhaps a damaged one.
+
+    It has a cell for each name, and most of them are numbers, or the first one is, or none is
+    empty. A table program fills header lines with empty cells.
+    """
+    cells = _cells_of_line(line, head.delimiter)
+    if len(cells) < len(head.names):
+        return False
+    is_number = [_is_number(cell) or text_rows.is_stamp(cell) for cell in cells]
+    if sum(is_number) > len(cells) / 2:
+        return True
+    # blanks separate the words of a header line, too
+    if head.delimiter == _BLANK_DELIMITER or line.startswith("#") or cells == head.names:
+        return False
+    return len(cells) == len(head.names) and (is_number[0] or all(cells))
 
 
 def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
@@ -278,14 +297,20 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
     )
     if time_index is None:
         return False
-    line_above = text[:start_of_names].rstrip(b"\n").rpartition(b"\n")[2]
-    times: list[str] = []
+    lines_above = text[:start_of_names][-text_rows.HEAD_BYTES :].split(b"\n")[-_LINES_COMPARED:]
     lines_below = text[start_of_names : start_of_names + text_rows.HEAD_BYTES].split(b"\n")[1:3]
-    for line in (line_above, *lines_below):
-        cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
-        cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
-        if cell[:1].isdigit():
-            times.append(cell)
+
+    def times_of(lines: Iterable[bytes]) -> list[str]:
+        times: list[str] = []
+        for line in lines:
+            cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
+            cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
+            if cell[:1].isdigit():
+                times.append(cell)
+        return times
+
+    # damaged rows have no time
+    times = [*times_of(lines_above)[-1:], *times_of(lines_below)]
     if len(times) < 2:
         return False
     try:
@@ -298,8 +323,13 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
 def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
     """Header keys of each block; those that only the first block gives hold for all blocks."""
     keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    # the oil is one key, whatever its lines are called
+    has_oil_in_other_blocks = any(states_oil(table.keys) for table in tables[1:])
     keys_of_file = {
-        key: text for key, text in tables[0].keys.items() if key not in keys_of_other_blocks
+        key: text
+        for key, text in tables[0].keys.items()
+        if key not in keys_of_other_blocks
+        and not (has_oil_in_other_blocks and states_oil({key: text}))
     }
     return [keys_of_file | dict(table.keys) for table in tables]
 
@@ -621,8 +651,9 @@ def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
 
 def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabulary) -> bool:
     """Whether the row below the names has units: most known columns have a usable unit there."""
-    # a row with a number is the first row of the log
-    if any(cells[len(names) :]) or any(_is_number(cell) for cell in cells):
+    number_cells = [_bare_cell(cell) for cell in cells if _is_number(cell)]
+    # a row with a number is the first row of the log; 1 is the unit of a ratio
+    if any(cells[len(names) :]) or any(cell != "1" for cell in number_cells):
         return False
     units = [_bare_cell(cell) for cell in cells] + [""] * len(names)
     meanings = vocabulary.meanings(names, [""] * len(names))
@@ -635,7 +666,7 @@ def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabul
         return True
     # in a log of another kind only some units fit; its message must not be that units are missing
     has_long_unit = any(len(units[index]) > 1 for index in fitting_indices)
-    return has_long_unit and all(len(unit) <= _LONGEST_UNIT for unit in units)
+    return has_long_unit and not number_cells and all(len(unit) <= _LONGEST_UNIT for unit in units)
 
 
 def _is_number(cell: str) -> bool:

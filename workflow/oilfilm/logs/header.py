@@ -80,6 +80,9 @@ def split_unit(name: str) -> tuple[str, str]:
 def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     """Key of the project -> text, from header lines: set points in its units, the oil by its id.
 
+    A line such as `lubricant` names the oil where no line `oil` does. Where it names another oil of
+    the campaign than the line used, both are given.
+
     Two lines with the same meaning and different values give both values. Such a text is neither
     a number nor an oil, and the log is refused.
 
@@ -96,10 +99,25 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
         if keys.get(key, project_text) != project_text:
             project_text = f"{keys[key]} / {project_text}"
         keys[key] = project_text
-    key_of_oil = oil_key(keys)
-    if key_of_oil and "oil" not in keys:
-        keys["oil"] = oil_id(keys[key_of_oil], settings)
+    oil_texts = [oil_id(text, settings) for key, text in keys.items() if oil_key({key: text})]
+    if oil_texts:
+        stated_oil = keys.get("oil", oil_texts[0])
+        # other texts describe the oil: `oil_type: mineral`
+        known_oils = set(settings.oil_id_by_name.values())
+        other_oils = [text for text in dict.fromkeys(oil_texts) if text in known_oils]
+        keys["oil"] = " / ".join(dict.fromkeys([stated_oil, *other_oils]))
     return keys
+
+
+def keys_of_part(keys_of_file: Mapping[str, str], own_keys: Mapping[str, str]) -> dict[str, str]:
+    """Header keys of a part of a file: its own, then those of the file.
+
+    The oil of the part is in place of that of the file, whatever the lines are called.
+    """
+    keys = dict(keys_of_file)
+    if states_oil(own_keys):
+        keys = {key: text for key, text in keys.items() if not states_oil({key: text})}
+    return keys | dict(own_keys)
 
 
 def key_by_listed_name(settings: Settings) -> dict[str, str]:
@@ -216,6 +234,11 @@ def oil_key(keys: Mapping[str, str]) -> str | None:
         if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
             return key
     return None
+
+
+def states_oil(keys: Mapping[str, str]) -> bool:
+    """Whether a header line names the oil, as `oil` or by another word."""
+    return "oil" in keys or oil_key(keys) is not None
 
 
 def misspelt_key_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:

@@ -36,6 +36,7 @@ class LoggedTable:
             cell without a number is NaN.
         row_count: Number of rows, good and bad.
         run_name: Name of the run in its file; empty where the file is one run.
+        undivided_names: Names of the runs that this run is a part of.
         columns: The columns that make a run, where the format itself says it.
         refusal: Why the run cannot be used, although its rows are read; None where it can.
         problem: Why nothing of the run can be read; None where it can.
@@ -61,6 +62,7 @@ class LoggedTable:
     read_values: Callable[[Sequence[int]], Sequence[Values]]
     row_count: int
     run_name: str = ""
+    undivided_names: tuple[str, ...] = ()
     columns: Sequence[LoggedColumn] = ()
     refusal: base.Refusal | None = None
     problem: base.Refusal | None = None
@@ -73,6 +75,11 @@ class LoggedTable:
     is_contradictory: BoolArray | None = None
     row_indices: IndexArray | None = None
     notes: tuple[str, ...] = ()
+
+    @property
+    def sheet_names(self) -> tuple[str, ...]:
+        """Names under which a row of the run sheet holds for the run; none for the only run."""
+        return (self.run_name, *self.undivided_names) if self.run_name else ()
 
     def row_numbers(self, first_row_number: int) -> IndexArray:
         """Number of each row in its file.

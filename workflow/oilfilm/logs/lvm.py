@@ -12,7 +12,7 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
-from oilfilm.logs.header import FORMAT_ADVICE
+from oilfilm.logs.header import FORMAT_ADVICE, keys_of_part
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalised
@@ -23,6 +23,8 @@ _X_COLUMN = "X_Value"
 _COMMENT = "Comment"
 _END_OF_HEADER = "***End_of_Header***"
 _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
+# Statements of a description or a note. A comma between two digits is a decimal mark.
+_BETWEEN_STATEMENTS = re.compile(r";|,(?!\d)|(?<!\d),")
 # The line `Separator` is near the top.
 _LETTERS_SEARCHED = 4000
 # Key of a header line, as `plain_key` makes it -> the cells behind it.
@@ -144,7 +146,7 @@ def _table(
         reason = f"the segment has no line `{_X_COLUMN}` with the names of its channels"
         problem = Refusal("columns", reason, FORMAT_ADVICE)
     return LoggedTable(
-        dict(_keys(file_header)) | dict(_keys(segment_header)),
+        keys_of_part(dict(_keys(file_header)), dict(_keys(segment_header))),
         names,
         units,
         text_table.numbers,
@@ -270,7 +272,7 @@ def _keys(header: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:
         if cells and cells[0]:
             yield name, cells[0]
     for text in (*header.get("description", ()), *header.get("notes", ())):
-        for statement in re.split("[;,]", text):
+        for statement in _BETWEEN_STATEMENTS.split(text):
             name, mark, value = statement.partition(":" if ":" in statement else "=")
             if mark:
                 yield plain_key(name), value.strip()

@@ -20,6 +20,7 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError
 from oilfilm.logs.columns import header_text, texts_of
+from oilfilm.logs.header import keys_of_part
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
@@ -35,6 +36,7 @@ _MOST_UNPACKED = 1 << 26
 _UNSUSPICIOUS_BYTES = 1 << 24
 # Names of the cell array that names the columns of a matrix; MATLAB's `importdata` gives the first.
 _NAMES_OF_COLUMNS = ("colheaders", "names", "column_names", "columnnames", "varnames", "headers")
+_NAMES_OF_UNITS = ("units", "unit")
 _SAVE_AGAIN = "Save it in MATLAB with save(file, '-v7'), or export it as csv."
 
 
@@ -121,7 +123,7 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
         for number, element in enumerate(elements, start=1):
             fields = {field: element[field] for field in value.dtype.names}
             run_name = f"{name}{number}" if len(elements) > 1 else name
-            table = _table(run_name, fields, keys | dict(_keys(fields)))
+            table = _table(run_name, fields, keys_of_part(keys, dict(_keys(fields))))
             if table is not None:
                 yield table
 
@@ -130,15 +132,14 @@ def _table(
     run_name: str, variables: Mapping[str, Any], keys: Mapping[str, str]
 ) -> LoggedTable | None:
     """A table of the vectors of equal length among some variables, or of a matrix; else None."""
-    column_of_name = _vectors(variables) or _columns_of_matrix(variables)
+    vector_of_name = _vectors(variables)
+    column_of_name = _columns_of_table(vector_of_name) or _columns_of_matrix(variables)
     if not column_of_name:
         return None
     row_count = len(next(iter(column_of_name.values())))
     base.check_row_count(row_count)
     names = list(column_of_name)
-    units = _names_beside(variables, ("units", "unit")) or []
-    if len(units) != len(names):
-        units = [""] * len(names)
+    units = _units_of_columns(variables, vector_of_name, names)
     numbers_of_columns = [_numbers(column) for column in column_of_name.values()]
     columns = list(column_of_name.values())
 
@@ -156,12 +157,18 @@ def _table(
 
 
 def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
-    """Name -> vector, for vectors of the most frequent length above 1; empty without numbers."""
+    """Name -> vector, for the vectors longer than 1, without the cell array of units."""
     vector_of_name: dict[str, Values] = {}
     for name, value in variables.items():
         is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
-        if is_column and value.dtype.names is None and value.size > 1:
+        is_units = plain_key(name) in _NAMES_OF_UNITS and value.dtype == object
+        if is_column and value.dtype.names is None and value.size > 1 and not is_units:
             vector_of_name[name] = value.reshape(-1)
+    return vector_of_name
+
+
+def _columns_of_table(vector_of_name: Mapping[str, Values]) -> dict[str, Values]:
+    """Name -> vector, for vectors of the most frequent length; empty without numbers."""
     lengths = [len(vector) for vector in vector_of_name.values() if vector.dtype.kind in "iuf"]
     if not lengths:
         return {}
@@ -170,6 +177,28 @@ def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
     if lengths.count(length) < 2:
         return {}
     return {name: vector for name, vector in vector_of_name.items() if len(vector) == length}
+
+
+def _units_of_columns(
+    variables: Mapping[str, Any], vector_of_name: Mapping[str, Values], names: Sequence[str]
+) -> list[str]:
+    """The unit of each column of a table; empty where it is not known.
+
+    Units are those of the columns of the table, of all vectors, or of the vectors of numbers:
+    whichever are as many. Where these pair units with different names, no unit is known.
+    """
+    units = _names_beside(variables, _NAMES_OF_UNITS)
+    vectors_of_numbers = [
+        name for name, vector in vector_of_name.items() if vector.dtype.kind in "iuf"
+    ]
+    columns_of_numbers = [name for name in names if name in vectors_of_numbers]
+    pairings: list[list[str]] = []
+    for described_names in (names, list(vector_of_name), vectors_of_numbers, columns_of_numbers):
+        if len(units) == len(described_names):
+            unit_of_name = dict(zip(described_names, units, strict=True))
+            pairings.append([unit_of_name.get(name, "") for name in names])
+    is_clear = len(pairings) > 0 and all(pairing == pairings[0] for pairing in pairings)
+    return pairings[0] if is_clear else [""] * len(names)
 
 
 def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:

@@ -10,6 +10,7 @@ Decides: what a PCS export holds.
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from decimal import Decimal, InvalidOperation
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +29,8 @@ _ROW = re.compile(r"^(\s*[-+.\d]|.*\t.*\t.*\t)")
 # A line with so many tabs is a row even where the line of names above it is damaged.
 _FEWEST_TABS_OF_ROW = 6
 _LINES_SEARCHED = 40
+# A line above the steps with so many marks between cells is a line of names or a row.
+_FEWEST_MARKS_OF_TABLE = 3
 # Step types whose rows are settled readings; the others (warm-up, mapping) are no sweep.
 _SWEEP_TYPES = {"traction", "film"}
 # The surface speeds are computed: from both directions where both were measured.
@@ -46,6 +49,14 @@ _DECLARATION_OF_SAMPLED_COLUMN = {
 # Number of sampled columns without which a row cannot be used: time, load and both speeds. Rigs
 # leave some of the others blank, so that those are spare.
 _COLUMNS_NEVER_BLANK = 4
+# One in the last digit of usual exports (N, mm/s, %). Programs that print more digits have computed
+# with fewer.
+_LAST_DIGIT_OF_COLUMN = {
+    **dict.fromkeys(("traction_force", "traction_force_1", "traction_force_2"), 1e-4),
+    **dict.fromkeys(("ball_1", "ball_2", "disc_1", "disc_2", "rolling", "sliding"), 0.01),
+    "coefficient": 1e-4,
+    "srr": 0.001,
+}
 # Added to each tolerance: an identity may hold to exactly half a printed digit.
 _FLOATING_POINT_ERROR = 1e-9
 
@@ -61,10 +72,25 @@ class _Step:
 
 
 def recognises(head: bytes) -> bool:
-    """True where the first lines have a PCS step or the title of a PCS file."""
+    """True where the first lines have a PCS step, or the title of a PCS file above no table."""
     text = head.decode("utf-8-sig", "replace")
     lines = text.splitlines()[:_LINES_SEARCHED]
-    return any(_STEP.match(line) or "Test Data File" in line for line in lines)
+    return any(_STEP.match(line) for line in lines) or _has_title(lines)
+
+
+def _has_title(lines: Sequence[str]) -> bool:
+    """Whether lines have the title of a PCS file; another log may have these words above a table.
+
+    The lines of a step begin with `Step`, also where the first one is damaged.
+    """
+    has_title = False
+    for line in lines:
+        has_title |= "Test Data File" in line and not line.startswith("#")
+        if has_title and line.startswith("Step"):
+            return True
+        if any(line.count(mark) >= _FEWEST_MARKS_OF_TABLE for mark in ",;|\t"):
+            return False
+    return has_title
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -173,7 +199,9 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         problem=_problem(step, missing_names),
         cut_row_cell_count=cut_row_cells,
         show_row=step.row_lines.__getitem__,
-        is_contradictory=_is_contradictory(values_of_column),
+        is_contradictory=_is_contradictory(
+            values_of_column, _last_digit_of_columns(cells_by_row, index_of_column)
+        ),
     )
 
 
@@ -235,13 +263,43 @@ def _number(cells: Sequence[str], index: int) -> float:
         return np.inf
 
 
-def _is_contradictory(values_of_column: Mapping[str, FloatArray]) -> BoolArray:
+def _last_digit_of_columns(
+    cells_by_row: Sequence[Sequence[str]], index_of_column: Mapping[str, int]
+) -> dict[str, float]:
+    """Column of `pcs.yaml` -> value of one in its last digit: by its cell with most decimals.
+
+    It is at least that of `_LAST_DIGIT_OF_COLUMN`.
+    """
+    last_digit_of_column = dict.fromkeys(_DECLARATION_OF_COLUMN, 0.0) | _LAST_DIGIT_OF_COLUMN
+    for name, index in index_of_column.items():
+        cells = [row[index] for row in cells_by_row if index < len(row)]
+        most_decimals = max(map(_decimals, cells), default=-1)
+        if most_decimals >= 0:
+            last_digit_of_column[name] = max(last_digit_of_column[name], 10.0**-most_decimals)
+    return last_digit_of_column
+
+
+def _decimals(cell: str) -> int:
+    """Number of decimals of a number in a cell; -1 where it holds none."""
+    try:
+        exponent = Decimal(cell.strip()).as_tuple().exponent
+    except InvalidOperation:
+        return -1
+    return max(-exponent, 0) if isinstance(exponent, int) else -1
+
+
+def _is_contradictory(
+    values_of_column: Mapping[str, FloatArray], last_digit_of_column: Mapping[str, float]
+) -> BoolArray:
     """Mask of the rows that contradict themselves by more than the rounding of their cells.
 
     TF = (TF1 - TF2)/2; coefficient = |TF|/W; rolling = mean surface speed; sliding = disc minus
     ball, directions averaged; SRR = 100 sliding/rolling. Identities with a blank cell are not
-    judged. Exports round forces to 1e-4 N, the coefficient to 1e-4, speeds to 0.01 mm/s and SRR to
-    0.001 %; the error of a cell is half of that at most.
+    judged. The error of a cell is half of its last digit at most.
+
+    Args:
+        values_of_column: Column of `pcs.yaml`, or surface speed -> its numbers.
+        last_digit_of_column: As `_last_digit_of_columns` gives it.
     """
     ball, disc = values_of_column["ball_speed"], values_of_column["disc_speed"]
     rolling, sliding, srr = (
@@ -249,19 +307,28 @@ def _is_contradictory(values_of_column: Mapping[str, FloatArray]) -> BoolArray:
         values_of_column["sliding"],
         values_of_column["srr"],
     )
+    error = {name: last_digit / 2 for name, last_digit in last_digit_of_column.items()}
+    half_difference_error = max(error["traction_force_1"], error["traction_force_2"])
+    # a surface speed is one cell, or the mean of two
+    speed_error = max(error[name] for name in ("ball_1", "ball_2", "disc_1", "disc_2"))
     force, load = values_of_column["traction_force"], values_of_column["load"]
+    coefficient = values_of_column["coefficient"]
     with np.errstate(divide="ignore", invalid="ignore"):
         half_difference = (
             values_of_column["traction_force_1"] - values_of_column["traction_force_2"]
         ) / 2
-        # errors of sliding, of rolling and of SRR itself
-        srr_rounding = (0.5 + 0.005 * np.abs(srr)) / np.abs(rolling) + 0.0005
+        srr_rounding = (100 * error["sliding"] + error["rolling"] * np.abs(srr)) / np.abs(
+            rolling
+        ) + error["srr"]
+        coefficient_rounding = error["coefficient"] + (
+            2 * error["traction_force"] + error["load"] * coefficient
+        ) / np.abs(load)
         # each identity with the largest error from the rounding of its cells
         errors_of_identities = (
-            (force - half_difference, 1e-4),
-            (np.abs(force) / load - values_of_column["coefficient"], 5e-5 + 1e-4 / np.abs(load)),
-            (rolling - (ball + disc) / 2, 0.010),
-            (sliding - (disc - ball), 0.015),
+            (force - half_difference, error["traction_force"] + half_difference_error),
+            (np.abs(force) / load - coefficient, coefficient_rounding),
+            (rolling - (ball + disc) / 2, error["rolling"] + speed_error),
+            (sliding - (disc - ball), error["sliding"] + 2 * speed_error),
             (srr - 100 * sliding / rolling, srr_rounding),
         )
         is_violated = [

@@ -118,33 +118,42 @@ class RunSheet:
     rows_of_log: Mapping[str, tuple[SheetRow, ...]] = field(default_factory=dict)
     remarks: tuple[Refusal, ...] = ()
 
-    def rows_of_run(self, file: str, run_name: str) -> list[SheetRow]:
+    def rows_of_run(self, file: str, run_names: Sequence[str]) -> list[SheetRow]:
         """The rows for one run of a log.
 
         Args:
             file: Name of the log.
-            run_name: The run's name in the log; empty where the log is one run.
+            run_names: The run's name in the log, then those of the runs that it is a part of; empty
+                where the log is one run.
         """
         rows = self.rows_of_log.get(file, ())
-        if not run_name:
+        if not run_names:
             return list(rows)
-        return [row for row in rows if not row.run or matches(run_name, row.run)]
+        return [
+            row
+            for row in rows
+            if not row.run or any(matches(run_name, row.run) for run_name in run_names)
+        ]
 
     def labels(
-        self, file: str, run_name: str, text_of_logged_key: Mapping[str, str], settings: Settings
+        self,
+        file: str,
+        run_names: Sequence[str],
+        text_of_logged_key: Mapping[str, str],
+        settings: Settings,
     ) -> Labels:
         """What header and run sheet say of one run of a log.
 
         Args:
             file: Name of the log.
-            run_name: As for `rows_of_run`.
+            run_names: As for `rows_of_run`.
             text_of_logged_key: Key of the log, as `plain_key` makes it -> text of the header line.
             settings: Settings of the campaign.
         """
-        run_id = f"{file}:{run_name}" if run_name else file
+        run_id = f"{file}:{run_names[0]}" if run_names else file
         project_keys = named_keys(text_of_logged_key, settings)
         text_of_header_key = header_keys(project_keys, settings)
-        rows = self.rows_of_run(file, run_name)
+        rows = self.rows_of_run(file, run_names)
         text_of_sheet_key: dict[str, str] = {}
         # the first row counts
         for row in reversed(rows):
@@ -165,18 +174,21 @@ class RunSheet:
             source_of_key=source_of_key,
         )
 
-    def unmatched_rows(self, file: str, run_names: Sequence[str]) -> list[Refusal]:
+    def unmatched_rows(self, file: str, names_of_runs: Sequence[Sequence[str]]) -> list[Refusal]:
         """Remarks on the rows whose run is not in the log.
 
         Args:
             file: Name of the log.
-            run_names: Names of its runs; empty where the log is one run.
+            names_of_runs: Names of each of its runs, as for `rows_of_run`; empty where the log is
+                one run.
         """
-        if not run_names:
+        if not names_of_runs:
             return []
-        matched_rows = [row for run_name in run_names for row in self.rows_of_run(file, run_name)]
-        runs_in_words = ", ".join(repr(run_name) for run_name in run_names[:10])
-        more = " ..." if len(run_names) > 10 else ""
+        matched_rows = [
+            row for run_names in names_of_runs for row in self.rows_of_run(file, run_names)
+        ]
+        runs_in_words = ", ".join(repr(run_names[0]) for run_names in names_of_runs[:10])
+        more = " ..." if len(names_of_runs) > 10 else ""
         return [
             Refusal(
                 UNMATCHED,

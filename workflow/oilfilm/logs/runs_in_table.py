@@ -82,9 +82,24 @@ def runs_in_table(
     if len(run_tables) == 1:
         return [run_table.with_name(table.run_name) for run_table in run_tables]
     names = base.distinct_names(
-        " ".join(filter(None, [table.run_name, run_table.run_name])) for run_table in run_tables
+        _joined_names(table.run_name, run_table.run_name) for run_table in run_tables
     )
-    return [run_table.with_name(name) for run_table, name in zip(run_tables, names, strict=True)]
+    return [
+        replace(
+            run_table,
+            run_name=name,
+            undivided_names=(
+                *(_joined_names(table.run_name, whole) for whole in run_table.undivided_names),
+                *table.sheet_names,
+            ),
+        )
+        for run_table, name in zip(run_tables, names, strict=True)
+    ]
+
+
+def _joined_names(*names: str) -> str:
+    """The name of a part: that of the whole, then its own; either may be empty."""
+    return " ".join(filter(None, names))
 
 
 def _label_columns(
@@ -249,8 +264,12 @@ def _tables_by_label(
                     keys.get(label_column.label_kind) or _stated_oil(label_column, keys) or label
                 )
                 keys[label_column.label_kind] = _joined_texts(stated, label)
-        run_name = " ".join(labels[:label_count_in_name])
-        tables_of_runs.append(table.select_rows(row_indices, run_name, keys))
+        *undivided_names, run_name = [
+            " ".join(labels[:label_count]) for label_count in range(label_count_in_name + 1)
+        ]
+        run_table = table.select_rows(row_indices, run_name, keys)
+        # the name of no labels is empty
+        tables_of_runs.append(replace(run_table, undivided_names=tuple(undivided_names[1:])))
     return tables_of_runs
 
 
@@ -294,8 +313,9 @@ def _tables_by_restart(table: LoggedTable, meanings: Meanings) -> list[LoggedTab
         return [table]
     tables_of_parts: list[LoggedTable] = []
     for number, (start, stop) in enumerate(pairwise(row_bounds), start=1):
-        name = " ".join(filter(None, [table.run_name, f"part{number}"]))
-        tables_of_parts.append(table.select_rows(np.arange(start, stop), name, table.keys))
+        name = _joined_names(table.run_name, f"part{number}")
+        table_of_part = table.select_rows(np.arange(start, stop), name, table.keys)
+        tables_of_parts.append(replace(table_of_part, undivided_names=table.sheet_names))
     return tables_of_parts
 
 

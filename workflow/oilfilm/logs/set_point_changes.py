@@ -45,7 +45,10 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
         [np.median(_level_signals(run, row_index), axis=1) for row_index in blocks], axis=1
     )
     first_blocks = _first_block_of_each_sweep(medians)
-    first_row_of_sweeps = [blocks[block_index][0] for block_index in first_blocks[1:]]
+    first_row_of_sweeps = [
+        _row_of_change(run, blocks[block_index - 1], blocks[block_index])
+        for block_index in first_blocks[1:]
+    ]
     index_of_stretches = np.split(usable_index, np.searchsorted(usable_index, first_row_of_sweeps))
     if len(index_of_stretches) < 2 or not _are_set_points(
         _level_signals(run, row_index)[:2] for row_index in index_of_stretches
@@ -78,6 +81,31 @@ def _level_signals(run: LoggedRun, row_index: IndexArray) -> FloatArray:
                 2 * (disc_m_s - ball_m_s) / (disc_m_s + ball_m_s),
             ]
         )
+
+
+def _row_of_change(run: LoggedRun, earlier_block: IndexArray, later_block: IndexArray) -> int:
+    """The row at which load or speed changes from the median of a block to that of the next one.
+
+    It is between the middles of both blocks.
+
+    Args:
+        run: The run.
+        earlier_block: Indices of the rows of the last block at the earlier level.
+        later_block: Indices of the rows of the first block at the later level.
+    """
+    earlier_signals = _level_signals(run, earlier_block)[:2]
+    later_signals = _level_signals(run, later_block)[:2]
+    earlier_level = np.median(earlier_signals, axis=1, keepdims=True)
+    later_level = np.median(later_signals, axis=1, keepdims=True)
+    earlier_middle, later_middle = len(earlier_block) // 2 + 1, len(later_block) // 2 + 1
+    row_index = np.concatenate([earlier_block[earlier_middle:], later_block[:later_middle]])
+    signals = np.concatenate(
+        [earlier_signals[:, earlier_middle:], later_signals[:, :later_middle]], axis=1
+    )
+    # distance of the rows above a change from the earlier level, less that from the later one
+    nearness = np.abs(signals - earlier_level) - np.abs(signals - later_level)
+    distance_above = np.concatenate([[0.0], np.cumsum(nearness.sum(axis=0))])
+    return int(row_index[np.argmin(distance_above[:-1])])
 
 
 def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:

@@ -13,6 +13,7 @@ from nptdms.log import log_manager
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_row_count, distinct_names
 from oilfilm.logs.columns import as_seconds, header_text, texts_of
+from oilfilm.logs.header import keys_of_part
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
@@ -173,10 +174,12 @@ def _table(
         if "wf_increment" in channels[column_index].properties:
             interval_s = float(channels[column_index].properties["wf_increment"])
             clock_of_column[column_index] = Clock(start_s, interval_s, "s")
-    properties = dict(file_properties) | dict(group.properties)
-    keys = {plain_key(name): header_text(value) for name, value in properties.items()}
+    keys_of_file, keys_of_group = (
+        {plain_key(name): header_text(value) for name, value in properties.items()}
+        for properties in (file_properties, group.properties)
+    )
     return LoggedTable(
-        keys,
+        keys_of_part(keys_of_file, keys_of_group),
         names,
         units,
         read_values,

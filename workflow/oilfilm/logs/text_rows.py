@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import islice
+from itertools import islice, pairwise
 from typing import Any
 
 import numpy as np
@@ -192,6 +192,8 @@ class TextTable:
 
         A row with more or fewer cells than columns holds no number.
         """
+        if not column_indices:
+            return []
         # no copy: a log may be large
         ended_rows = memoryview(self.text)[self.start_of_rows : self.text.rfind(b"\n") + 1]
         if not ended_rows:
@@ -347,6 +349,8 @@ DATE = re.compile(_DATE)
 _NUMBER_FIELDS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
 _S_PER_DAY = 86_400.0
 _S_PER_HOUR = 3_600.0
+# At most so many rows in a row have a wrong time of day.
+_MOST_WRONG_STAMPS = 10
 
 
 def is_stamp(cell: str) -> bool:
@@ -364,7 +368,8 @@ def seconds_of_stamps(
 ) -> FloatArray:
     """Seconds since the first time stamp, shape (rows,); NaN where a cell holds none.
 
-    Without dates, a time of day that falls by more than half a day begins the next day.
+    Without dates, a time of day that falls by more than half a day begins the next day. It does not
+    where time returns to its old course within a few rows: these rows have wrong stamps.
 
     Args:
         stamps: Cells of the time column.
@@ -393,10 +398,24 @@ def seconds_of_stamps(
     if len(rows_with_time):
         time_s -= time_s[rows_with_time[0]]
         if not has_dates:
-            steps = np.diff(time_s[rows_with_time], prepend=0.0)
-            midnight_count = np.cumsum(steps < -_S_PER_DAY / 2)
-            time_s[rows_with_time] += _S_PER_DAY * midnight_count
+            is_midnight = _is_midnight(time_s[rows_with_time])
+            time_s[rows_with_time] += _S_PER_DAY * np.cumsum(is_midnight)
     return time_s
+
+
+def _is_midnight(time_of_day_s: FloatArray) -> BoolArray:
+    """Mask of the rows that begin the next day, shape (rows,)."""
+    steps = np.diff(time_of_day_s, prepend=time_of_day_s[0])
+    is_midnight = steps < -_S_PER_DAY / 2
+    rows_after_jump = np.flatnonzero(np.abs(steps) > _S_PER_DAY / 2).tolist()
+    first_right_row = 0
+    for row, next_row in pairwise(rows_after_jump):
+        returns = steps[row] * steps[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
+        goes_on = time_of_day_s[next_row] >= time_of_day_s[row - 1]
+        if row >= first_right_row and returns and goes_on:
+            is_midnight[[row, next_row]] = False
+            first_right_row = next_row + 1
+    return is_midnight
 
 
 def _days(texts: "pd.Series[str]") -> FloatArray:
