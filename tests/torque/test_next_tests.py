@@ -273,12 +273,13 @@ class Stepping:
         assert self.constants is not None
         moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
         torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
-        pressure_of_race = dict.fromkeys(("inner", "outer"), 1.5)
-        columns: dict[str, float] = {
-            f"{race}_max_hertz_pressure_gpa": value for race, value in pressure_of_race.items()
-        }
-        columns |= {"converged": True, "entrainment_speed_m_s": 30.0}
-        columns |= {"inlet_temperature_c": 100.0, "inner_slide_roll_ratio": 0.01}
+        columns: dict[str, float] = {"converged": True, "inlet_temperature_c": 100.0}
+        for race in ("inner", "outer"):
+            columns |= {f"{race}_max_hertz_pressure_gpa": 1.5}
+            columns |= {
+                f"{race}_entrainment_speed_m_s": 30.0,
+                f"{race}_mean_slide_roll_ratio": 0.01,
+            }
         return pd.DataFrame({"torque_n_m": torque, "cage_slip": 0.1 * torque, **columns})
 
 

@@ -11,6 +11,7 @@ from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.inputs import Inputs, UncertainInput
+from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
 from oilfilm.torque.bearing_torque import (
@@ -21,7 +22,12 @@ from oilfilm.torque.bearing_torque import (
     torque_table,
 )
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, random_factor, with_uncertainty
+from oilfilm.torque.torque_uncertainty import (
+    FACTOR_TERMS,
+    law_error,
+    random_factor,
+    with_uncertainty,
+)
 from oilfilm.traction.law import to_constants
 
 SHIPPED = shipped("mainshaft-167")
@@ -340,6 +346,28 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     assert shares["feed_flow_m3_s"] == pytest.approx(expected, abs=0.1)
     assert shares["runs"] == pytest.approx(1 - expected, abs=0.1)
     assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
+
+
+def test_the_laws_error_is_that_at_the_slips_of_spin(monkeypatch):
+    # 4102 at 7500 rpm and 12 kN: the cage rolls, and the ball spins on the inner race
+    point = {"axial_load_n": 12e3, "inner_speed_rpm": 7500.0, "inlet_temperature_c": 100.0}
+    uncertain_oil = oil("4102", with_first_constant(0.0, 10), with_first_constant(0.0, 0))
+    cases = Cases(BEARING, [CaseGroup(uncertain_oil, "stress", pd.DataFrame([point]))])
+    balance = friction_equilibrium(cases.problem).balance
+    speed_m_s = balance.conditions.entrainment_speed_m_s[0, :, 0]
+    # pure spin slides by omega |y|, and the mean |y| under Hertz's pressure, with the weights
+    # 1 - y^2 of strips, is 3/8 of the semi-axis
+    spin_speed_m_s = np.abs(balance.sliding.relative_spin_rad_s) * balance.contacts.semi_axis_y_m
+    slip_by_spin = (3 / 8 * spin_speed_m_s / speed_m_s)[0]
+    assert balance.sliding.middle_slide_roll_ratio[0, 0] < 0.25 * slip_by_spin[0]
+
+    def planted_error(_law, conditions, slip, _error_without_interval):
+        # grows with the speed and with the slip
+        return conditions[:, 1] * np.abs(slip)
+
+    monkeypatch.setattr(FittedLaw, "form_error", planted_error)
+    error = law_error(uncertain_oil.laws["stress"], cases.calculate(), 0.15)
+    assert error[0] == pytest.approx((speed_m_s * slip_by_spin).max(), rel=0.06)
 
 
 def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():

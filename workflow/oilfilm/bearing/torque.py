@@ -53,6 +53,8 @@ def torque_terms(
     contact_angle_deg = np.degrees(balance.contacts.contact_angle_rad)
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
+    speed_m_s = conditions.entrainment_speed_m_s
+    mean_slide_roll_ratio = _mean_slide_roll_ratio(equilibrium)
     lambda_ratio, film_in_range = film_ratio(equilibrium)
     torque_of_term = {
         f"{name}_torque_n_m": ball_count * heat_w_of_ball / divisor_rad_s
@@ -74,6 +76,10 @@ def torque_terms(
         "outside_law": equilibrium.outside_law(),
         "cage_slip": equilibrium.cage_slip(),
         "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[:, 0],
+        "inner_mean_slide_roll_ratio": mean_slide_roll_ratio[:, 0],
+        "outer_mean_slide_roll_ratio": mean_slide_roll_ratio[:, 1],
+        "inner_entrainment_speed_m_s": speed_m_s[:, 0],
+        "outer_entrainment_speed_m_s": speed_m_s[:, 1],
         "inner_contact_angle_deg": contact_angle_deg[:, 0],
         "outer_contact_angle_deg": contact_angle_deg[:, 1],
         "inner_max_hertz_pressure_gpa": pressure_gpa[:, 0],
@@ -128,6 +134,15 @@ def _conditions_of_contacts(equilibrium: FrictionEquilibrium) -> Conditions:
     return equilibrium.balance.conditions.select(..., 0)
 
 
+def _mean_slide_roll_ratio(equilibrium: FrictionEquilibrium) -> FloatArray:
+    """Local slide-roll ratio of each contact, averaged over the ellipse by load: (points, 2).
+
+    That in the middle of the contact would leave out spin.
+    """
+    load_share = equilibrium.problem.rule.load_share
+    return np.asarray(equilibrium.balance.traction.slide_roll_ratio @ load_share)
+
+
 def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     """Relative error of the heat of traction by quadrature, from a finer rule: (points,)."""
     problem, balance = equilibrium.problem, equilibrium.balance
@@ -154,21 +169,19 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     """Minimum film over combined Rq in the worst contact, and whether the formula holds.
 
     Starvation reduces the film, and so does inlet heating (thermal reduction). The latter is
-    calculated with the slide-roll ratio averaged over the ellipse by load: that in the middle of
-    the contact would leave out spin.
+    calculated with the slide-roll ratio averaged over the ellipse by load.
 
     Returns:
         Film over roughness, NaN outside the range of the thermal reduction; True where both
         contacts are within that range. Both have the shape (points,).
     """
-    problem, balance = equilibrium.problem, equilibrium.balance
+    problem = equilibrium.problem
     oil = problem.lubrication.oil_in_contacts
     conditions = _conditions_of_contacts(equilibrium)
     # the formula needs a load above 0
     load_n = np.maximum(conditions.load_n, np.finfo(float).tiny)
     conditions = replace(conditions, load_n=load_n)
-    mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.load_share
-    film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
+    film_m = film_thickness(oil, conditions, _mean_slide_roll_ratio(equilibrium), "minimum")
     thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
     is_contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
     film_in_range = np.asarray(is_contact_in_range.all(axis=1))

@@ -107,21 +107,25 @@ def law_error(
 ) -> FloatArray:
     """Relative standard error of the law's form at operating points, shape (points,).
 
-    It is the larger one of both contacts.
+    It is the larger one of both contacts. Each contact has its own pressure and speed, and its own
+    local slip, averaged over the ellipse by load. The slip in its middle would leave out spin,
+    which is nearly all of the sliding under a cage that rolls.
 
     Args:
         law: The law.
-        calculated: Pressures, speed, oil temperature and slip of the contacts.
+        calculated: Results with pressure, speed and mean slip of each contact (`torque_terms`), and
+            with the oil temperature.
         error_without_interval: The error where the surface of measured mu has no interval.
     """
-    slip = calculated["inner_slide_roll_ratio"].to_numpy(dtype=float)
     errors = []
     for ring in ("inner", "outer"):
         pressure_gpa = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
+        speed_m_s = calculated[f"{ring}_entrainment_speed_m_s"].to_numpy(dtype=float)
+        slip = calculated[f"{ring}_mean_slide_roll_ratio"].to_numpy(dtype=float)
         level_by_condition: dict[str, FloatArray] = {
             "max_hertz_pressure_gpa": pressure_gpa,
             "load_n": law.rig_contact.load_n(pressure_gpa),
-            "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
+            "entrainment_speed_m_s": speed_m_s,
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
         conditions = np.column_stack(
