@@ -137,6 +137,25 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
     assert inversion["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
 
 
+def test_without_the_flow_of_feed_oil_a_measured_torque_says_nothing_of_traction(config, oils):
+    # the bearing takes 0.6 N m more at 9000 rpm than it does without its 8 L/min of feed oil
+    points = OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
+    fed = in_operation(problem(shipped("mainshaft-167"), points, law=printed_law("4050")))
+    truth = torque_terms(friction_equilibrium(fed), TESTED)
+    file = config.bearings["mainshaft-167"].model_copy(update={"oil_supply": None})
+    unknown = config.model_copy(update={"bearings": config.bearings | {"mainshaft-167": file}})
+    torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, unknown)
+    of_stress = torque[torque["load_variable"] == "stress"]
+    np.testing.assert_allclose(
+        of_stress["measured_torque_n_m"] - of_stress["torque_n_m"], truth["momentum_torque_n_m"]
+    )
+    assert (torque["verdict"] == "not known").all()
+    assert torque["compatibility"].isna().all()
+    assert (inversion["verdict"] == "not known").all()
+    mu_columns = [name for name in inversion if name.startswith("traction_coefficient")]
+    assert inversion[mu_columns].isna().all(axis=None)
+
+
 def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
     # 20 kN logged as 20 MN; the third torque is more than any traction gives
     runs = plateaus([5.0, 5.0, 500.0], [6000.0, 9000.0, 6000.0])

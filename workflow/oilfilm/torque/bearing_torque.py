@@ -493,7 +493,8 @@ def _compared_with_measured(
 
     The calculated torque has the uncertainty of the side of its interval on which the measured one
     is, because the two sides are not alike. `compatibility` is the difference over its
-    standard uncertainty.
+    standard uncertainty. It is null where the flow of the feed oil is not known, because the
+    calculated torque is then one without the momentum of that oil.
     """
     measured_uncertainty_n_m = np.hypot(
         calculated["measured_torque_n_m_se"].to_numpy(),
@@ -508,6 +509,7 @@ def _compared_with_measured(
     compatibility = difference_n_m / np.hypot(
         interval_side_n_m / _STANDARD_UNCERTAINTIES_PER_SIDE, measured_uncertainty_n_m
     )
+    compatibility = compatibility.where(calculated["momentum_torque_n_m"].notna())
     is_compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
     verdict = np.select(
         [np.isnan(compatibility), is_compatible], ["not known", "compatible"], "not compatible"
@@ -583,18 +585,19 @@ def _inversion_table(
     torque_step_n_m = np.diff(torque_n_m, axis=0)[lower_factor_index]
     mu_step = np.diff(mean_mu, axis=0)[lower_factor_index]
     mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor_index], np.nan)
+    torque_uncertainty_n_m = _traction_torque_uncertainty_n_m(plateaus, settings)
     with np.errstate(divide="ignore", invalid="ignore"):
         mu_per_n_m = np.where(torque_step_n_m != 0, mu_step / torque_step_n_m, np.inf)
         mu = mu_at_lower_factor - excess_torque_n_m[lower_factor_index] * mu_per_n_m
         random_uncertainty = np.abs(mu_per_n_m) * plateaus["measured_torque_n_m_se"].to_numpy()
-        systematic_uncertainty = np.abs(mu_per_n_m) * _traction_torque_uncertainty_n_m(
-            plateaus, settings
-        )
+        systematic_uncertainty = np.abs(mu_per_n_m) * torque_uncertainty_n_m
     is_solved = (
         np.isfinite(mu) & np.isfinite(random_uncertainty) & np.isfinite(systematic_uncertainty)
     )
-    # without the torque of both neighbouring factors nothing is known
-    is_unknown = np.isnan(torque_n_m).any(axis=0) & ~is_enclosed
+    # without the torque of both neighbouring factors, or without a term, nothing is known
+    is_unknown = (np.isnan(torque_n_m).any(axis=0) & ~is_enclosed) | np.isnan(
+        torque_uncertainty_n_m
+    )
     verdict = np.select(
         [is_unknown, ~is_solved, np.hypot(random_uncertainty, systematic_uncertainty) < mu],
         ["not known", "no solution", "determined"],
@@ -631,7 +634,8 @@ def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings)
     """Standard uncertainty of the traction torque: measured torque less the other terms.
 
     It has a part by the calibration of the torque sensor, one by each other term, and one by the
-    momentum of the feed oil.
+    momentum of the feed oil. It is NaN where a term is not known, as the momentum is without the
+    flow of the oil.
     """
     # the middles of the slices stand for the distribution
     probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
@@ -653,10 +657,7 @@ def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings)
         relative_uncertainty_by_term[term] = np.linalg.norm(relative_uncertainties)
     uncertainties_n_m = [_calibration_uncertainty_n_m(plateaus, settings)]
     for term, relative_uncertainty in relative_uncertainty_by_term.items():
-        # the momentum is null where the flow is not known, and the torque is one without it
-        uncertainties_n_m.append(
-            np.nan_to_num(relative_uncertainty * plateaus[f"{term}_torque_n_m"].to_numpy())
-        )
+        uncertainties_n_m.append(relative_uncertainty * plateaus[f"{term}_torque_n_m"].to_numpy())
     return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
 
 
