@@ -137,6 +137,35 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
     assert inversion["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
 
 
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_a_share_of_the_feed_oil_that_may_be_none_or_all_makes_the_traction_uncertain(
+    config, oils, share
+):
+    offset_n_m, se_n_m = 0.03, 0.02
+    calibration = {"torque_n_m": offset_n_m, "torque_relative": 0.0}
+    exact = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
+    exact_bearing = exact_keys("mainshaft-167")
+    any_share = {"momentum_share": share, "momentum_share_range": [0.0, 1.0]}
+    exact_bearing["oil_supply"] = {**exact_bearing["oil_supply"], **any_share}
+    only_share_uncertain = config.with_changes(
+        {
+            "campaign": {"torque": {"calibration": calibration}},
+            "bearing": {"term_uncertainty": exact, "oil_volume_fraction_range": [0.0036, 0.003601]},
+            "bearings": {"mainshaft-167": exact_bearing},
+        }
+    )
+    _, inversion = torque_table(plateaus([5.5], [9000.0], se_n_m), oils, only_share_uncertain)
+    row = inversion.iloc[0]
+    # both uncertainties of mu are those of the torque times one slope
+    uncertainty_n_m = (
+        se_n_m * row["traction_coefficient_systematic"] / row["traction_coefficient_se"]
+    )
+    # m' omega r^2 of 918 kg/m3, 8 L/min, 72.608 mm, and 1/sqrt(12) for any share from 0 to 1
+    momentum_n_m = 918 * 8e-3 / 60 * 9000 * np.pi / 30 * 72.608e-3**2
+    expected = np.hypot(offset_n_m, momentum_n_m / np.sqrt(12))
+    assert uncertainty_n_m == pytest.approx(expected, rel=2e-3)
+
+
 def test_without_the_flow_of_feed_oil_a_measured_torque_says_nothing_of_traction(config, oils):
     # the bearing takes 0.6 N m more at 9000 rpm than it does without its 8 L/min of feed oil
     points = OperatingPoints.axial(20000.0, SPEED_RPM * RPM)

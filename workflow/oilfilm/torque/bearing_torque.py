@@ -18,7 +18,7 @@ from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.resistance import Lubrication, momentum_torque_n_m
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw, read_surface
@@ -54,11 +54,6 @@ _STANDARD_UNCERTAINTIES_PER_SIDE = 1.96
 _NORMAL_SLICES = 1000
 # Powers of the bearing's size with which its uncertain inputs grow.
 _SIZE_POWERS = {"shaft_interference_m": 1, "housing_interference_m": 1, "feed_flow_m3_s": 2}
-# Terms of the torque that are proportional to inputs with a range.
-_RANGES_OF_TERM = {
-    "drag": ("oil_volume_fraction",),
-    "momentum": ("feed_flow_m3_s", "momentum_share"),
-}
 
 
 @dataclass(frozen=True)
@@ -585,7 +580,7 @@ def _inversion_table(
     torque_step_n_m = np.diff(torque_n_m, axis=0)[lower_factor_index]
     mu_step = np.diff(mean_mu, axis=0)[lower_factor_index]
     mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor_index], np.nan)
-    torque_uncertainty_n_m = _traction_torque_uncertainty_n_m(plateaus, settings)
+    torque_uncertainty_n_m = _traction_torque_uncertainty_n_m(bearing, oils, plateaus, settings)
     with np.errstate(divide="ignore", invalid="ignore"):
         mu_per_n_m = np.where(torque_step_n_m != 0, mu_step / torque_step_n_m, np.inf)
         mu = mu_at_lower_factor - excess_torque_n_m[lower_factor_index] * mu_per_n_m
@@ -630,7 +625,9 @@ def _nearest_pair(encloses: BoolArray) -> IndexArray:
     return first_smallest(distance, axis=0)
 
 
-def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
+def _traction_torque_uncertainty_n_m(
+    bearing: Bearing, oils: Sequence[OilInBearing], plateaus: pd.DataFrame, settings: Settings
+) -> FloatArray:
     """Standard uncertainty of the traction torque: measured torque less the other terms.
 
     It has a part by the calibration of the torque sensor, one by each other term, and one by the
@@ -644,21 +641,56 @@ def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings)
     relative_uncertainty_by_term = {
         term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
     }
-    uncertain_input_by_name = {
-        **settings.tested_bearing().uncertain,
-        **bearing_settings.uncertain(),
-    }
-    for term, input_names in _RANGES_OF_TERM.items():
-        relative_uncertainties = [
-            uncertain_input_by_name[input_name].quantiles(probabilities).std()
-            / uncertain_input_by_name[input_name].value
-            for input_name in input_names
-        ]
-        relative_uncertainty_by_term[term] = np.linalg.norm(relative_uncertainties)
-    uncertainties_n_m = [_calibration_uncertainty_n_m(plateaus, settings)]
+    # drag is proportional to the oil's share of the volume, which is above 0
+    oil_volume_fraction = bearing_settings.uncertain()["oil_volume_fraction"]
+    relative_uncertainty_by_term["drag"] = (
+        oil_volume_fraction.quantiles(probabilities).std() / oil_volume_fraction.value
+    )
+    # the momentum has an uncertainty also where its value is 0
+    carried_flow_sd_m3_s = _sd_of_product(
+        bearing.uncertain["feed_flow_m3_s"].quantiles(probabilities),
+        bearing.uncertain["momentum_share"].quantiles(probabilities),
+    )
+    uncertainties_n_m = [
+        _calibration_uncertainty_n_m(plateaus, settings),
+        momentum_torque_n_m(
+            carried_flow_sd_m3_s * _density_kg_m3(oils, plateaus),
+            plateaus["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM,
+            bearing.groove_bottom_m[0],
+        ),
+    ]
     for term, relative_uncertainty in relative_uncertainty_by_term.items():
         uncertainties_n_m.append(relative_uncertainty * plateaus[f"{term}_torque_n_m"].to_numpy())
     return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
+
+
+def _sd_of_product(first_values: FloatArray, second_values: FloatArray) -> float:
+    """Standard deviation of the product of two independent quantities.
+
+    Args:
+        first_values: Equally probable values of the one.
+        second_values: Those of the other.
+
+    Examples:
+        Both are -1 or 1, and so is their product:
+
+        >>> print(_sd_of_product(np.array([-1.0, 1.0]), np.array([-1.0, 1.0])))
+        1.0
+    """
+    mean_of_square = np.mean(first_values**2) * np.mean(second_values**2)
+    square_of_mean = (np.mean(first_values) * np.mean(second_values)) ** 2
+    # rounding must not make it negative; NaN stays
+    return float(np.sqrt(np.maximum(mean_of_square - square_of_mean, 0.0)))
+
+
+def _density_kg_m3(oils: Sequence[OilInBearing], points: pd.DataFrame) -> FloatArray:
+    """Density of the oil of each point at the inlet, shape (points,)."""
+    temperature_c = points["inlet_temperature_c"].to_numpy(dtype=float)
+    density_kg_m3 = np.empty(len(points))
+    for oil in oils:
+        is_of_oil = points["oil"].to_numpy() == oil.name
+        density_kg_m3[is_of_oil] = oil.properties.density_kg_m3(temperature_c[is_of_oil])
+    return density_kg_m3
 
 
 def _calibration_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
