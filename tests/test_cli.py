@@ -178,6 +178,21 @@ def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
             oilfilm.bearing_torque(*operating_point, **arguments)
 
 
+def test_frost_at_one_point_leaves_the_answers_of_the_others(results: Path) -> None:
+    in_frost, alone = (
+        oilfilm.bearing_torque("mainshaft-167", 8e3, 7000, temperatures, "4102", results, CONFIG[1])
+        for temperatures in ([100.0, -5.0], [100.0])
+    )
+    columns = ["torque_n_m", "torque_n_m_lower", "torque_n_m_upper"]
+    answers_in_frost = in_frost.to_frame().set_index("inlet_temperature_c")[columns]
+    np.testing.assert_allclose(answers_in_frost.loc[100.0], alone.to_frame()[columns].iloc[0])
+    assert answers_in_frost.loc[-5.0].notna().all()
+    # the law has an error there, too
+    shares = in_frost.shares()
+    is_law_in_frost = (shares["variance_cause"] == "law") & (shares["inlet_temperature_c"] == -5.0)
+    assert (shares.loc[is_law_in_frost, "standard_uncertainty"] > 0).tolist() == [True]
+
+
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [

@@ -79,12 +79,7 @@ class LawInBearing:
             "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
             "inlet_temperature_c": conditions.inlet_temperature_c,
         }
-        # fmax replaces a NaN of a failed trial, which then ends without equilibrium
-        limited_levels = [
-            np.fmax(level_by_condition[name], self.smallest_level_of_condition[name])
-            for name in law.conditions
-        ]
-        conditions_of_law = np.stack(limited_levels, axis=-1)
+        conditions_of_law = self.conditions_of_law(level_by_condition)
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
         conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
         design = law.design(conditions_table, self.fitted.coefficients.group_has_exponent)
@@ -97,6 +92,19 @@ class LawInBearing:
         relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
         creep = creep_slope(relative_pressure, conditions.ellipticity)
         return np.minimum(mu, creep * slide_roll_ratio, out=mu)
+
+    def conditions_of_law(self, level_by_condition: Mapping[str, FloatArray]) -> FloatArray:
+        """The law's conditions, none below its smallest level, shape (..., conditions).
+
+        Args:
+            level_by_condition: Levels of all conditions, of one shape.
+        """
+        # fmax replaces a NaN of a failed trial, which then ends without equilibrium
+        limited_levels = [
+            np.fmax(level_by_condition[name], self.smallest_level_of_condition[name])
+            for name in self.fitted.law.conditions
+        ]
+        return np.stack(limited_levels, axis=-1)
 
     def _stress_gpa(self, conditions: Conditions) -> FloatArray:
         """Stress at which the rig's contact has the load variable of the bearing's contact."""

@@ -109,7 +109,8 @@ def law_error(
 
     It is the larger one of both contacts. Each contact has its own pressure and speed, and its own
     local slip, averaged over the ellipse by load. The slip in its middle would leave out spin,
-    which is nearly all of the sliding under a cage that rolls.
+    which is nearly all of the sliding under a cage that rolls. Below the smallest levels at which
+    the law is evaluated, it is the error at these levels.
 
     Args:
         law: The law.
@@ -128,9 +129,7 @@ def law_error(
             "entrainment_speed_m_s": speed_m_s,
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
-        conditions = np.column_stack(
-            [level_by_condition[name] for name in law.fitted.law.conditions]
-        )
+        conditions = law.conditions_of_law(level_by_condition)
         errors.append(law.fitted.form_error(conditions, slip, error_without_interval))
     return np.maximum(*errors)
 
