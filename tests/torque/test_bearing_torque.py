@@ -349,6 +349,24 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
     assert table["share_beyond_speed"].between(0, 1).all()
 
 
+def test_untested_temperatures_and_levels_below_those_of_the_law_are_told(oils):
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    # tested from 25 to 120 degC; no law is evaluated below 5 degC
+    temperatures_c = [-5.0, 10.0, 24.99, 70.0, 120.1, 150.0]
+    told = oil.calculate(shipped("mainshaft-167"), 10e3, 3000.0, temperatures_c)
+    assert told["converged"].all()
+    assert told["share_beyond_temperature"].tolist() == [1, 1, 0, 0, 0, 1]
+    assert told["below_law_floor"].tolist() == [True, False, False, False, False, False]
+    # at the smallest level, frost makes the traction no stronger
+    law = oil.laws["stress"]
+    each = np.full((1, 2, 1), 1.0)
+    mu_in_frost, mu_at_smallest_level = (
+        law(Conditions(1e3 * each, each, 30 * each, level * each, 0.01 * each, 2.3e11), 0.02 * each)
+        for level in (-5.0, 5.0)
+    )
+    np.testing.assert_array_equal(mu_in_frost, mu_at_smallest_level)
+
+
 def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):
     (oil,) = (oil for oil in oils if oil.name == "4050")
     weaker = replace(oil, properties=replace(oil.properties, limiting_stress_ratio=1e-4))

@@ -28,7 +28,7 @@ from oilfilm.torque.torque_uncertainty import (
     random_factor,
     with_uncertainty,
 )
-from oilfilm.traction.law import to_constants
+from oilfilm.traction.law import CONDITIONS, to_constants
 
 SHIPPED = shipped("mainshaft-167")
 # Its inputs are known exactly, so that a test draws what it names.
@@ -105,9 +105,7 @@ def oil(
         "ellipse_factor_range": [SETTINGS.ellipse_factor] * 2,
         "law_error_beyond": law_error,
     }
-    unknown_ranges = dict.fromkeys(
-        ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (np.nan, np.nan)
-    )
+    unknown_ranges = dict.fromkeys((*CONDITIONS, "slide_roll_ratio"), (np.nan, np.nan))
     return OilInBearing(
         name, oil_of(name), laws, unknown_ranges, SETTINGS.model_copy(update=changed_settings)
     )

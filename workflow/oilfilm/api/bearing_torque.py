@@ -204,11 +204,13 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  contact pressure {row['pressure_verdict']} limit (bearing.pressure_limits_gpa)"
     shares_beyond_tests = [
         f"{name} {row[f'share_beyond_{name}']:.0%}"
-        for name in ("pressure", "speed", "slip")
+        for name in ("pressure", "speed", "temperature", "slip")
         if row[f"share_beyond_{name}"] > 0
     ]
     if shares_beyond_tests:
         yield f"  heat of traction beyond the tests of the law: {', '.join(shares_beyond_tests)}"
+    if row["below_law_floor"] is True:
+        yield "  the law is evaluated at its smallest level of a condition (bearing.law_floor)"
 
 
 def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:

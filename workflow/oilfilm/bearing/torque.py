@@ -16,6 +16,9 @@ from oilfilm.physics.contact import Conditions, Floats
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 
+# Relative accuracy with which a rig holds a level.
+_LEVEL_ACCURACY = 1e-3
+
 
 def torque_terms(
     equilibrium: FrictionEquilibrium,
@@ -34,8 +37,8 @@ def torque_terms(
 
     Args:
         equilibrium: The equilibrium; the outer ring is at rest.
-        tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
-            the quantity; for all points or for each point; NaN where unknown.
+        tested_ranges: Lowest and highest tested level of pressure, speed, temperature and slip, by
+            the name of the quantity; for all points or for each point; NaN where unknown.
         limiting_stress_ratio: Limiting stress ratio of the oil, for all points or for each point.
 
     Returns:
@@ -111,6 +114,9 @@ def _film_columns(
     is_beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
     is_beyond_pressure = _is_beyond(pressure_gpa, tested_ranges["max_hertz_pressure_gpa"])
     is_beyond_speed = _is_beyond(speed_m_s, tested_ranges["entrainment_speed_m_s"])
+    is_beyond_temperature = _is_beyond(
+        conditions.inlet_temperature_c, tested_ranges["inlet_temperature_c"]
+    )
     # mu is the mean shear stress of a contact over its mean pressure
     is_over_limit = film_traction.coefficient @ load_share > np.reshape(
         limiting_stress_ratio, (-1, 1)
@@ -126,6 +132,7 @@ def _film_columns(
         "share_beyond_slip": _weighted_mean(is_beyond_slip, node_heat_w),
         "share_beyond_pressure": _weighted_mean(is_beyond_pressure, film_traction.heat_w),
         "share_beyond_speed": _weighted_mean(is_beyond_speed, film_traction.heat_w),
+        "share_beyond_temperature": _weighted_mean(is_beyond_temperature, film_traction.heat_w),
     }
 
 
@@ -224,12 +231,15 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
 def _is_beyond(values: FloatArray, tested_range: FloatArray | tuple[float, float]) -> FloatArray:
     """1 outside the tested range, 0 inside, NaN where the range is unknown.
 
-    The range is widened by 0.1 %, the accuracy with which a rig holds a level.
+    The range is widened by the accuracy with which a rig holds a level.
     """
     one_per_point = (-1,) + (1,) * (values.ndim - 1)
     lowest = np.reshape(tested_range[0], one_per_point)
     highest = np.reshape(tested_range[1], one_per_point)
-    is_beyond_range = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
+    # temperatures may be below 0
+    is_below = values < lowest - _LEVEL_ACCURACY * np.abs(lowest)
+    is_above = values > highest + _LEVEL_ACCURACY * np.abs(highest)
+    is_beyond_range = (is_below | is_above).astype(float)
     return np.where(np.isfinite(lowest + highest), is_beyond_range, np.nan)
 
 

@@ -43,7 +43,12 @@ from oilfilm.traction import BEARING_LAW_NAMES
 
 _LOAD_SPEED_TEMPERATURE = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 # Quantities whose tested range is compared with the conditions in a bearing.
-_TESTED_QUANTITIES = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
+_TESTED_QUANTITIES = (
+    "max_hertz_pressure_gpa",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+    "slide_roll_ratio",
+)
 # Largest residual in tables, relative to the load of a ball; null above.
 _LARGEST_RESIDUAL = 1e9
 # Factors on all traction, between which the inversion interpolates; the middle one is 1.
@@ -66,8 +71,8 @@ class OilInBearing:
         laws: Laws by load variable. The keys `LOAD_VARIABLES` have the campaign's law, evaluated
             with maximum Hertz pressure (`stress`), load or dimensionless load. Further keys are
             names of laws on load.
-        tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
-            the quantity; NaN where unknown.
+        tested_ranges: Lowest and highest tested level of pressure, speed, temperature and slip, by
+            the name of the quantity; NaN where unknown.
         bearing_settings: Section `bearing` of the settings.
     """
 
@@ -215,6 +220,9 @@ class Cases:
         calculated = _null_without_equilibrium(
             torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
         )
+        calculated["below_law_floor"] = _flag_or_null(
+            self._is_below_law_floor(equilibrium), calculated["converged"].to_numpy(dtype=bool)
+        )
         long_term_limit_gpa, peak_limit_gpa = self._settings.pressure_limits_gpa
         pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
         larger_pressure_gpa = calculated[pressures].max(axis=1)
@@ -228,6 +236,18 @@ class Cases:
             "within",
         )
         return calculated.join(self.points[self.points.columns.difference(calculated.columns)])
+
+    def _is_below_law_floor(self, equilibrium: FrictionEquilibrium) -> BoolArray:
+        """Points at which a law is evaluated at its smallest level of a condition, (points,)."""
+        is_below = np.empty(len(self.points), dtype=bool)
+        # without the axis for the nodes of a contact
+        conditions = equilibrium.balance.conditions.select(..., 0)
+        group_of_point = self._for_each_point(np.arange(len(self.law_of_group)))
+        for group_index, law in enumerate(self.law_of_group):
+            is_of_group = group_of_point == group_index
+            is_below_in_contacts = law.is_below_smallest_level(conditions.select(is_of_group))
+            is_below[is_of_group] = is_below_in_contacts.any(axis=1)
+        return is_below
 
     @property
     def _settings(self) -> BearingSettings:
@@ -442,7 +462,7 @@ def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     )
 
 
-def _flag_or_null(flag: FloatArray, is_known: BoolArray) -> "pd.Series[bool]":
+def _flag_or_null(flag: FloatArray | BoolArray, is_known: BoolArray) -> "pd.Series[bool]":
     """A flag that is null where it is not known."""
     return pd.Series(flag.astype(bool), dtype="boolean").where(is_known)
 
