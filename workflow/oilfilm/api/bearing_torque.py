@@ -150,12 +150,15 @@ class BearingTorque:
         return frame[frame["oil"] == self.oil] if self.oil else frame
 
     def _share_of_best(self, row: "pd.Series[Any]") -> float:
-        """Share of the draws in which the best oil of a row's point is the best one."""
+        """Share of the draws in which the best oil of a row's point is the best one.
+
+        NaN where it is not known.
+        """
         points = self.answers.points
         is_best_oil_here = points["oil"] == row["best_oil"]
         for column in ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c"):
             is_best_oil_here &= points[column] == row[column]
-        return float(points.loc[is_best_oil_here, "best_share"].sum())
+        return float(points.loc[is_best_oil_here, "best_share"].sum(min_count=1))
 
     def _lines(self) -> Iterator[str]:
         """The lines of the summary."""
@@ -172,7 +175,8 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
 
     Args:
         row: Row of `Answers.points`.
-        share_of_best: Share of the draws in which the best oil is the best one.
+        share_of_best: Share of the draws in which the best oil is the best one; NaN where it is not
+            known.
     """
     yield (
         f"{row['bearing']}, oil {row['oil']}: {row['axial_load_n']:g} N, "
@@ -193,11 +197,15 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  {name:<16}{three_digits(value)} {unit}, {interval}"
     if row["bistable"] is True:
         yield "  the cage may roll or skid here; the numbers are those of the faster cage"
+    elif pd.isna(row["bistable"]):
+        yield "  it is not known whether the cage may skid here"
     best_oil = row["best_oil"]
     if best_oil == "":
         yield "  best oil        none: no oil has a full film"
     elif best_oil == NOT_KNOWN:
         yield "  best oil        not known: an oil has no steady motion or no known film"
+    elif np.isnan(share_of_best):
+        yield f"  best oil        {best_oil}, share of the draws not known"
     else:
         yield f"  best oil        {best_oil}, in {share_of_best:.0%} of the draws"
     if row["pressure_verdict"] != "within":
