@@ -24,6 +24,7 @@ from oilfilm.torque.bearing_torque import (
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.torque.torque_uncertainty import (
     FACTOR_TERMS,
+    RandomDraws,
     law_error,
     random_factor,
     with_uncertainty,
@@ -344,6 +345,29 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     assert shares["feed_flow_m3_s"] == pytest.approx(expected, abs=0.1)
     assert shares["runs"] == pytest.approx(1 - expected, abs=0.1)
     assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
+
+
+@pytest.mark.parametrize(("lost_draws", "is_known"), [(5, True), (6, False)])
+def test_shares_of_variance_are_not_known_where_the_interval_is_withheld(
+    monkeypatch, lost_draws, is_known
+):
+    solved = RandomDraws._solved
+
+    def without_some(self, numbers_of_group, position_in_drawn):
+        # of 100 draws; 5 % may be lost
+        results = solved(self, numbers_of_group, position_in_drawn)
+        results[:, :lost_draws] = np.nan
+        return results
+
+    monkeypatch.setattr(RandomDraws, "_solved", without_some)
+    uncertain_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.5)
+    assert uncertain_oil.bearing_settings.uncertainty.draws == 100
+    group = CaseGroup(uncertain_oil, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))
+    results, _, draws = Cases(BEARING, [group]).calculate_with_uncertainty(1)
+    shares = draws.calculate_shares(np.arange(1))[["torque_share", "slip_share"]]
+    assert results["torque_n_m_lower"].notna().all() == is_known
+    assert shares.notna().all(axis=None) == is_known
+    assert shares.isna().all(axis=None) != is_known
 
 
 def test_the_laws_error_is_that_at_the_slips_of_spin(monkeypatch):

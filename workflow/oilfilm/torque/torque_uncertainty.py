@@ -21,6 +21,7 @@ Decides: the uncertainty of torque, cage slip and power, and the share of each c
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -253,6 +254,11 @@ class RandomDraws:
 
         NaN without refits and where a draw has no equilibrium.
         """
+        return self._results_of_draws
+
+    @cached_property
+    def _results_of_draws(self) -> FloatArray:
+        """See `calculate_results`."""
         draw_count = self._settings.uncertainty.draws
         results = np.full((len(DRAWN_RESULTS), draw_count, self._point_count), np.nan)
         if len(self.drawn_point_index):
@@ -277,6 +283,7 @@ class RandomDraws:
 
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
+            The shares are NaN where too many draws have no equilibrium for an interval.
         """
         position_in_drawn = np.flatnonzero(np.isin(self.drawn_point_index, wanted_points))
         if len(position_in_drawn) == 0:
@@ -317,6 +324,11 @@ class RandomDraws:
                 redrawn_results, axis=2, ddof=1
             )
             shares = np.nanmean((redrawn_results - first_results) ** 2, axis=2) / variance
+        torque_n_m = self.calculate_results()[0][:, self.drawn_point_index[position_in_drawn]]
+        has_enough_draws = _has_enough_draws(
+            np.isfinite(torque_n_m), self._settings.uncertainty.lost_share_max
+        )
+        shares = np.where(has_enough_draws, shares, np.nan)
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {
