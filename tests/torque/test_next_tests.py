@@ -29,7 +29,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_point_table
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
-from oilfilm.torque.feasible_tests import PlannedRig
+from oilfilm.torque.feasible_tests import PlannedRig, judge_tests
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.torque.next_tests import (
     Request,
@@ -250,6 +250,23 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(
     assert wanted.left_out_reasons == ["1e+07 N, 12000 rpm, 100 degC: no equilibrium"]
     with pytest.raises(OilfilmError, match="no duty point has a steady motion"):
         wanted_in_bearing(oil_in_bearing(), bearing, crushed, information, CONTACT)
+
+
+def test_a_film_that_the_formula_does_not_give_is_not_counted_as_a_thin_one() -> None:
+    rig = replace(PlannedRig.from_settings(SETTINGS), full_scale=None)
+    oil = SETTINGS.known_oil("4102")
+    film = Film(rig.contact, oil, SETTINGS.film.thickness)
+    # cold oil at high speed; hot oil at low speed; in between
+    conditions = np.array([[3.0, 50.0, 25.0], [1.0, 5.0, 150.0], [1.0, 40.0, 60.0]])
+    # the numerator of Gupta's reduction (docs/physics.md, Film) is not above 0 in cold oil
+    heating = oil.dynamic_viscosity_pa_s(25.0) * oil.temperature_viscosity_coefficient_1_k(25.0)
+    heating *= 50.0**2 / oil.thermal_conductivity_w_mk(25.0)
+    assert 1 - 13.2 * 3.0e9 / rig.contact.reduced_modulus_pa * heating**0.42 < 0.1
+    judged = judge_tests(rig, film, SETTINGS.gates.lambda_limit, conditions, SLIP, 0.03)
+    counts = judged.left_out_count_by_limit
+    assert judged.is_feasible.tolist() == [False, False, True]
+    assert counts["a full film (lambda > 3)"] == 1
+    assert counts["a film within the range of the formula"] == 1
 
 
 @dataclass(frozen=True)
