@@ -188,7 +188,10 @@ def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
     points = answer.answers.points.assign(
         best_share=np.nan, bistable=pd.array([None], dtype="boolean")
     )
-    unknown = replace(answer, answers=answer.answers._replace(points=points))
+    shares = answer.answers.shares.copy()
+    shares.loc[shares["variance_cause"] == "runs", ["torque_share", "slip_share"]] = np.nan
+    unknown = replace(answer, answers=answer.answers._replace(points=points, shares=shares))
+    assert re.search(r"scatter of traction runs +not known", unknown.summary())
     assert re.search(r"best oil +4102, share of the draws not known", unknown.summary())
     assert "it is not known whether the cage may skid here" in unknown.summary()
 

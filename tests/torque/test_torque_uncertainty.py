@@ -14,6 +14,7 @@ from oilfilm.bearing.inputs import Inputs, UncertainInput
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
+from oilfilm.torque.answers import answers, operating_point_table, range_text
 from oilfilm.torque.bearing_torque import (
     CaseGroup,
     Cases,
@@ -345,6 +346,21 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     assert shares["feed_flow_m3_s"] == pytest.approx(expected, abs=0.1)
     assert shares["runs"] == pytest.approx(1 - expected, abs=0.1)
     assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
+
+
+@pytest.mark.parametrize(("run_sd", "text"), [(np.nan, "not known"), (0.05, "5 % of it")])
+def test_a_scatter_of_runs_that_nobody_knows_has_no_share(run_sd, text):
+    no_refits = with_first_constant(0.0, 10)
+    uncertain_oil = oil("4050", no_refits, with_first_constant(0.0, 0), drag=0.1, run_sd=run_sd)
+    points = operating_point_table(BEARING, 1e4, 12e3, 100.0)
+    config = resolve(LABORATORY, {})
+    answered = answers([uncertain_oil], BEARING, points, config, lambda rows: np.ones(1, bool))
+    shares = answered.shares.set_index("variance_cause", drop=False)
+    is_known = bool(np.isfinite(run_sd))
+    assert range_text(shares.loc["runs"]).startswith(text)
+    assert shares.loc["runs", ["torque_share", "slip_share"]].notna().all() == is_known
+    assert range_text(shares.loc["rig"]) == "as stated in the rig's file"
+    assert shares.drop("runs")["torque_share"].notna().all()
 
 
 @pytest.mark.parametrize(("lost_draws", "is_known"), [(5, True), (6, False)])

@@ -234,6 +234,8 @@ def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
         meaning = CAUSES[row["variance_cause"]].meaning
         torque_share, slip_share = row["torque_share"], row["slip_share"]
         yield f"  {meaning:<42}{torque_share:>8.0%}{slip_share:>8.0%}  {range_text(row)}"
+    for cause in shares.loc[largest_share.isna(), "variance_cause"]:
+        yield f"  {CAUSES[cause].meaning:<42}{'not known':>16}"
     share_sums = shares[["torque_share", "slip_share"]].sum()
     if share_sums.max() > _SHARE_SUM_OF_JOINT_CAUSES:
         yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"

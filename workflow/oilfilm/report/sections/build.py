@@ -561,12 +561,15 @@ def _median_shares(shares: pd.DataFrame) -> pd.DataFrame:
 def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
     """Causes of the variance in words, without those that make none of it.
 
+    A cause of unknown share is among them, unless no share is known.
+
     Args:
         shares: Table of variance shares.
     """
     medians = _median_shares(shares)
     larger_share = medians[["torque_share", "slip_share"]].max(axis=1)
-    shown_causes = medians[larger_share >= _SMALLEST_SHARE]
+    is_unknown = larger_share.isna() & larger_share.notna().any()
+    shown_causes = medians[(larger_share >= _SMALLEST_SHARE) | is_unknown]
     return shown_causes.assign(
         meaning=[CAUSES[cause].meaning for cause in shown_causes["variance_cause"]],
         drawn_from=[range_text(row) for _, row in shown_causes.iterrows()],
