@@ -568,7 +568,7 @@ def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
     """
     medians = _median_shares(shares)
     larger_share = medians[["torque_share", "slip_share"]].max(axis=1)
-    is_unknown = larger_share.isna() & larger_share.notna().any()
+    is_unknown = larger_share.isna() & bool(larger_share.notna().any())
     shown_causes = medians[(larger_share >= _SMALLEST_SHARE) | is_unknown]
     return shown_causes.assign(
         meaning=[CAUSES[cause].meaning for cause in shown_causes["variance_cause"]],
