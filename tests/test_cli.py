@@ -2,10 +2,12 @@
 
 import re
 import sys
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import oilfilm
@@ -176,6 +178,37 @@ def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
     ):
         with pytest.raises(oilfilm.OilfilmError, match=sentence):
             oilfilm.bearing_torque(*operating_point, **arguments)
+
+
+def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
+    answer = oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", results, CONFIG[1])
+    text = answer.summary()
+    assert re.search(r"best oil +4102, in \d+% of the draws", text)
+    assert "not known" not in text
+    points = answer.answers.points.assign(
+        best_share=np.nan, bistable=pd.array([None], dtype="boolean")
+    )
+    shares = answer.answers.shares.copy()
+    shares.loc[shares["variance_cause"] == "runs", ["torque_share", "slip_share"]] = np.nan
+    unknown = replace(answer, answers=answer.answers._replace(points=points, shares=shares))
+    assert re.search(r"scatter of traction runs +not known", unknown.summary())
+    assert re.search(r"best oil +4102, share of the draws not known", unknown.summary())
+    assert "it is not known whether the cage may skid here" in unknown.summary()
+
+
+def test_frost_at_one_point_leaves_the_answers_of_the_others(results: Path) -> None:
+    in_frost, alone = (
+        oilfilm.bearing_torque("mainshaft-167", 8e3, 7000, temperatures, "4102", results, CONFIG[1])
+        for temperatures in ([100.0, -5.0], [100.0])
+    )
+    columns = ["torque_n_m", "torque_n_m_lower", "torque_n_m_upper"]
+    answers_in_frost = in_frost.to_frame().set_index("inlet_temperature_c")[columns]
+    np.testing.assert_allclose(answers_in_frost.loc[100.0], alone.to_frame()[columns].iloc[0])
+    assert answers_in_frost.loc[-5.0].notna().all()
+    # the law has an error there, too
+    shares = in_frost.shares()
+    is_law_in_frost = (shares["variance_cause"] == "law") & (shares["inlet_temperature_c"] == -5.0)
+    assert (shares.loc[is_law_in_frost, "standard_uncertainty"] > 0).tolist() == [True]
 
 
 @pytest.mark.parametrize(

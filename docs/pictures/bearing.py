@@ -36,7 +36,7 @@ def terms(name: str, axial_load_n: float = 20e3):
         deng2026_study.printed(name), "stress", contact(), assumed.law_floor.model_dump()
     )
     box = default_settings().printed.boxes.tested.model_dump()
-    tested = {key: tuple(ends) for key, ends in box.items() if key != "inlet_temperature_c"}
+    tested = {key: tuple(ends) for key, ends in box.items()}
     drawing = FrictionProblem(bearing(), duty, oil_film, law)
     uncertain = {**bearing().uncertain, **assumed.uncertain()}
     operation = drawing.with_inputs(Inputs.without_draws(uncertain, many))

@@ -199,8 +199,10 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
 
     def shares(*box: tuple[float, float]) -> list[float]:
         names = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
+        any_temperature = {"inlet_temperature_c": (0.0, 1e9)}
         terms = torque_terms(
-            friction_equilibrium(bearing_problem), dict(zip(names, box, strict=True))
+            friction_equilibrium(bearing_problem),
+            any_temperature | dict(zip(names, box, strict=True)),
         )
         return [terms[f"share_beyond_{name}"][0] for name in ("pressure", "speed", "slip")]
 

@@ -20,7 +20,8 @@ from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control
 from oilfilm.bearing.torque import torque_terms
 
 TESTED = dict.fromkeys(
-    ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (0.0, 10.0)
+    ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"),
+    (0.0, 10.0),
 )
 
 

@@ -29,6 +29,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import cage_slip_table, oils_in_bearings
 from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
+from oilfilm.traction.law import CONDITIONS
 from planted_fits import printed_fits
 
 # the paper's own order of viscosity, and of traction as it has it
@@ -300,10 +301,7 @@ def test_rules_and_one_oil_everywhere_are_as_good_as_recomputed() -> None:
         speed = rows["inner_speed_rpm"].to_numpy() * RPM
         points = OperatingPoints.axial(rows["axial_load_n"].to_numpy(), speed)
         of_drawing = friction_equilibrium(problem(shipped("mainshaft-167"), points, str(oil)))
-        unknown = dict.fromkeys(
-            ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"),
-            (np.nan, np.nan),
-        )
+        unknown = dict.fromkeys((*CONDITIONS, "slide_roll_ratio"), (np.nan, np.nan))
         terms = torque_terms(of_drawing, unknown)
         columns = ("cage_slip", "torque_n_m", "lambda_ratio", *PRESSURES)
         parts.append(rows.assign(**{name: terms[name] for name in columns}))

@@ -15,6 +15,7 @@ from oilfilm.traction.law import Law, bounds, to_constants
 TESTED = {
     "max_hertz_pressure_gpa": (1.0, 1.5),
     "entrainment_speed_m_s": (25.0, 40.0),
+    "inlet_temperature_c": (25.0, 120.0),
     "slide_roll_ratio": (0.0, 0.3),
 }
 
@@ -25,7 +26,7 @@ def planted_tables(
     """Tables of coefficients and fit quality of oils whose constants are planted, by name."""
     ends = {
         f"tested_{end}_{name}": value
-        for name, pair in (TESTED | {"inlet_temperature_c": (25.0, 120.0)}).items()
+        for name, pair in TESTED.items()
         for end, value in zip(("min", "max"), pair, strict=True)
     }
     coefficients, quality = [], []

@@ -88,6 +88,17 @@ def test_bearing_section_says_where_the_motion_is_not_known(
     assert cells(section, "torque", "4102")["Points"] == "2"
 
 
+def test_bearing_section_says_that_the_momentum_of_feed_oil_is_missing(
+    results: CampaignTables, config: Settings
+) -> None:
+    torque = results.torque.assign(converged=True, run_id=["a", "b"], torque_n_m_uncertainty=0.1)
+    for momentum_n_m, is_missing in ((np.nan, True), (0.4, False)):
+        changed = results.replace(torque=torque.assign(momentum_torque_n_m=momentum_n_m))
+        section = by_anchor(changed, config)["bearing"]
+        assert ("lacks the momentum of the feed oil" in told(section)) == is_missing
+        assert "has no uncertainty" not in told(section)
+
+
 def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     results: CampaignTables, config: Settings
 ) -> None:

@@ -137,6 +137,54 @@ def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(conf
     assert inversion["traction_coefficient_systematic"] == pytest.approx(1.5 * change, rel=0.05)
 
 
+@pytest.mark.parametrize("share", [0.0, 1.0])
+def test_a_share_of_the_feed_oil_that_may_be_none_or_all_makes_the_traction_uncertain(
+    config, oils, share
+):
+    offset_n_m, se_n_m = 0.03, 0.02
+    calibration = {"torque_n_m": offset_n_m, "torque_relative": 0.0}
+    exact = dict.fromkeys(("rolling", "hysteresis", "pocket", "land"), 0.0)
+    exact_bearing = exact_keys("mainshaft-167")
+    any_share = {"momentum_share": share, "momentum_share_range": [0.0, 1.0]}
+    exact_bearing["oil_supply"] = {**exact_bearing["oil_supply"], **any_share}
+    only_share_uncertain = config.with_changes(
+        {
+            "campaign": {"torque": {"calibration": calibration}},
+            "bearing": {"term_uncertainty": exact, "oil_volume_fraction_range": [0.0036, 0.003601]},
+            "bearings": {"mainshaft-167": exact_bearing},
+        }
+    )
+    _, inversion = torque_table(plateaus([5.5], [9000.0], se_n_m), oils, only_share_uncertain)
+    row = inversion.iloc[0]
+    # both uncertainties of mu are those of the torque times one slope
+    uncertainty_n_m = (
+        se_n_m * row["traction_coefficient_systematic"] / row["traction_coefficient_se"]
+    )
+    # m' omega r^2 of 918 kg/m3, 8 L/min, 72.608 mm, and 1/sqrt(12) for any share from 0 to 1
+    momentum_n_m = 918 * 8e-3 / 60 * 9000 * np.pi / 30 * 72.608e-3**2
+    expected = np.hypot(offset_n_m, momentum_n_m / np.sqrt(12))
+    assert uncertainty_n_m == pytest.approx(expected, rel=2e-3)
+
+
+def test_without_the_flow_of_feed_oil_a_measured_torque_says_nothing_of_traction(config, oils):
+    # the bearing takes 0.6 N m more at 9000 rpm than it does without its 8 L/min of feed oil
+    points = OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
+    fed = in_operation(problem(shipped("mainshaft-167"), points, law=printed_law("4050")))
+    truth = torque_terms(friction_equilibrium(fed), TESTED)
+    file = config.bearings["mainshaft-167"].model_copy(update={"oil_supply": None})
+    unknown = config.model_copy(update={"bearings": config.bearings | {"mainshaft-167": file}})
+    torque, inversion = torque_table(plateaus(truth["torque_n_m"], SPEED_RPM), oils, unknown)
+    of_stress = torque[torque["load_variable"] == "stress"]
+    np.testing.assert_allclose(
+        of_stress["measured_torque_n_m"] - of_stress["torque_n_m"], truth["momentum_torque_n_m"]
+    )
+    assert (torque["verdict"] == "not known").all()
+    assert torque["compatibility"].isna().all()
+    assert (inversion["verdict"] == "not known").all()
+    mu_columns = [name for name in inversion if name.startswith("traction_coefficient")]
+    assert inversion[mu_columns].isna().all(axis=None)
+
+
 def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
     # 20 kN logged as 20 MN; the third torque is more than any traction gives
     runs = plateaus([5.0, 5.0, 500.0], [6000.0, 9000.0, 6000.0])
@@ -299,6 +347,24 @@ def test_shares_beyond_an_unknown_box_are_unknown(config):
     table, _ = torque_table(plateaus([5.0], [9000.0]), oils, config)
     assert table["share_beyond_pressure"].isna().all()
     assert table["share_beyond_speed"].between(0, 1).all()
+
+
+def test_untested_temperatures_and_levels_below_those_of_the_law_are_told(oils):
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    # tested from 25 to 120 degC; no law is evaluated below 5 degC
+    temperatures_c = [-5.0, 10.0, 24.99, 70.0, 120.1, 150.0]
+    told = oil.calculate(shipped("mainshaft-167"), 10e3, 3000.0, temperatures_c)
+    assert told["converged"].all()
+    assert told["share_beyond_temperature"].tolist() == [1, 1, 0, 0, 0, 1]
+    assert told["below_law_floor"].tolist() == [True, False, False, False, False, False]
+    # at the smallest level, frost makes the traction no stronger
+    law = oil.laws["stress"]
+    each = np.full((1, 2, 1), 1.0)
+    mu_in_frost, mu_at_smallest_level = (
+        law(Conditions(1e3 * each, each, 30 * each, level * each, 0.01 * each, 2.3e11), 0.02 * each)
+        for level in (-5.0, 5.0)
+    )
+    np.testing.assert_array_equal(mu_in_frost, mu_at_smallest_level)
 
 
 def test_contacts_above_the_limits_of_oil_and_steel_are_told(oils):

@@ -52,6 +52,28 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(c
     assert (rows.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"] == best).all()
 
 
+def test_heated_oil_is_given_speed_with_the_mass_flow_of_the_inlet(config, oils):
+    slip = cage_slip_table(oils, config)
+    table = heat_balance_table(oils, slip, tables.empty("torque"), config)
+    rows = table[(table["oil"] == "4050") & (table["axial_load_n"] == 20000)]
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    # without a balance, the flow at the contacts' temperature has the density there
+    at_contacts = oil.calculate(
+        config.tested_bearing(),
+        rows["axial_load_n"],
+        rows["inner_speed_rpm"],
+        rows["contact_temperature_c"],
+    )
+    density = oil.properties.density_kg_m3
+    lighter_kg_m3 = density(100.0) - density(rows["contact_temperature_c"].to_numpy())
+    # 8 L/min leave the ring at 72.608 mm: m' omega r^2, of the mass that the inlet has more
+    speed_rad_s = rows["inner_speed_rpm"].to_numpy() * np.pi / 30
+    lacking_n_m = lighter_kg_m3 * 8e-3 / 60 * speed_rad_s * 72.608e-3**2
+    difference_n_m = rows["heated_torque_n_m"].to_numpy() - at_contacts["torque_n_m"].to_numpy()
+    assert lacking_n_m.max() > 0.01
+    np.testing.assert_allclose(difference_n_m, lacking_n_m, rtol=1e-3, atol=1e-6)
+
+
 def test_without_a_known_flow_there_is_no_balance(config, oils):
     file = config.bearings["mainshaft-167"].model_copy(update={"oil_supply": None})
     unknown = config.model_copy(update={"bearings": config.bearings | {"mainshaft-167": file}})

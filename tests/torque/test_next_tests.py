@@ -29,7 +29,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_point_table
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
-from oilfilm.torque.feasible_tests import PlannedRig
+from oilfilm.torque.feasible_tests import PlannedRig, judge_tests
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.torque.next_tests import (
     Request,
@@ -252,6 +252,23 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(
         wanted_in_bearing(oil_in_bearing(), bearing, crushed, information, CONTACT)
 
 
+def test_a_film_that_the_formula_does_not_give_is_not_counted_as_a_thin_one() -> None:
+    rig = replace(PlannedRig.from_settings(SETTINGS), full_scale=None)
+    oil = SETTINGS.known_oil("4102")
+    film = Film(rig.contact, oil, SETTINGS.film.thickness)
+    # cold oil at high speed; hot oil at low speed; in between
+    conditions = np.array([[3.0, 50.0, 25.0], [1.0, 5.0, 150.0], [1.0, 40.0, 60.0]])
+    # the numerator of Gupta's reduction (docs/physics.md, Film) is not above 0 in cold oil
+    heating = oil.dynamic_viscosity_pa_s(25.0) * oil.temperature_viscosity_coefficient_1_k(25.0)
+    heating *= 50.0**2 / oil.thermal_conductivity_w_mk(25.0)
+    assert 1 - 13.2 * 3.0e9 / rig.contact.reduced_modulus_pa * heating**0.42 < 0.1
+    judged = judge_tests(rig, film, SETTINGS.gates.lambda_limit, conditions, SLIP, 0.03)
+    counts = judged.left_out_count_by_limit
+    assert judged.is_feasible.tolist() == [False, False, True]
+    assert counts["a full film (lambda > 3)"] == 1
+    assert counts["a film within the range of the formula"] == 1
+
+
 @dataclass(frozen=True)
 class Stepping:
     """Stands for an oil in a bearing: torque 2 + ln|A0/A0'|, at 1 N with a jump at the truth."""
@@ -273,12 +290,13 @@ class Stepping:
         assert self.constants is not None
         moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
         torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
-        pressure_of_race = dict.fromkeys(("inner", "outer"), 1.5)
-        columns: dict[str, float] = {
-            f"{race}_max_hertz_pressure_gpa": value for race, value in pressure_of_race.items()
-        }
-        columns |= {"converged": True, "entrainment_speed_m_s": 30.0}
-        columns |= {"inlet_temperature_c": 100.0, "inner_slide_roll_ratio": 0.01}
+        columns: dict[str, float] = {"converged": True, "inlet_temperature_c": 100.0}
+        for race in ("inner", "outer"):
+            columns |= {f"{race}_max_hertz_pressure_gpa": 1.5}
+            columns |= {
+                f"{race}_entrainment_speed_m_s": 30.0,
+                f"{race}_mean_slide_roll_ratio": 0.01,
+            }
         return pd.DataFrame({"torque_n_m": torque, "cage_slip": 0.1 * torque, **columns})
 
 

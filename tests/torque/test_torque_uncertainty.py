@@ -11,8 +11,10 @@ from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.inputs import Inputs, UncertainInput
+from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
+from oilfilm.torque.answers import answers, operating_point_table, range_text
 from oilfilm.torque.bearing_torque import (
     CaseGroup,
     Cases,
@@ -21,8 +23,14 @@ from oilfilm.torque.bearing_torque import (
     torque_table,
 )
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
-from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, random_factor, with_uncertainty
-from oilfilm.traction.law import to_constants
+from oilfilm.torque.torque_uncertainty import (
+    FACTOR_TERMS,
+    RandomDraws,
+    law_error,
+    random_factor,
+    with_uncertainty,
+)
+from oilfilm.traction.law import CONDITIONS, to_constants
 
 SHIPPED = shipped("mainshaft-167")
 # Its inputs are known exactly, so that a test draws what it names.
@@ -99,9 +107,7 @@ def oil(
         "ellipse_factor_range": [SETTINGS.ellipse_factor] * 2,
         "law_error_beyond": law_error,
     }
-    unknown_ranges = dict.fromkeys(
-        ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio"), (np.nan, np.nan)
-    )
+    unknown_ranges = dict.fromkeys((*CONDITIONS, "slide_roll_ratio"), (np.nan, np.nan))
     return OilInBearing(
         name, oil_of(name), laws, unknown_ranges, SETTINGS.model_copy(update=changed_settings)
     )
@@ -340,6 +346,66 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     assert shares["feed_flow_m3_s"] == pytest.approx(expected, abs=0.1)
     assert shares["runs"] == pytest.approx(1 - expected, abs=0.1)
     assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
+
+
+@pytest.mark.parametrize(("run_sd", "text"), [(np.nan, "not known"), (0.05, "5 % of it")])
+def test_a_scatter_of_runs_that_nobody_knows_has_no_share(run_sd, text):
+    no_refits = with_first_constant(0.0, 10)
+    uncertain_oil = oil("4050", no_refits, with_first_constant(0.0, 0), drag=0.1, run_sd=run_sd)
+    points = operating_point_table(BEARING, 1e4, 12e3, 100.0)
+    config = resolve(LABORATORY, {})
+    answered = answers([uncertain_oil], BEARING, points, config, lambda rows: np.ones(1, bool))
+    shares = answered.shares.set_index("variance_cause", drop=False)
+    is_known = bool(np.isfinite(run_sd))
+    assert range_text(shares.loc["runs"]).startswith(text)
+    assert shares.loc["runs", ["torque_share", "slip_share"]].notna().all() == is_known
+    assert range_text(shares.loc["rig"]) == "as stated in the rig's file"
+    assert shares.drop("runs")["torque_share"].notna().all()
+
+
+@pytest.mark.parametrize(("lost_draws", "is_known"), [(5, True), (6, False)])
+def test_shares_of_variance_are_not_known_where_the_interval_is_withheld(
+    monkeypatch, lost_draws, is_known
+):
+    solved = RandomDraws._solved
+
+    def without_some(self, numbers_of_group, position_in_drawn):
+        # of 100 draws; 5 % may be lost
+        results = solved(self, numbers_of_group, position_in_drawn)
+        results[:, :lost_draws] = np.nan
+        return results
+
+    monkeypatch.setattr(RandomDraws, "_solved", without_some)
+    uncertain_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.5)
+    assert uncertain_oil.bearing_settings.uncertainty.draws == 100
+    group = CaseGroup(uncertain_oil, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))
+    results, _, draws = Cases(BEARING, [group]).calculate_with_uncertainty(1)
+    shares = draws.calculate_shares(np.arange(1))[["torque_share", "slip_share"]]
+    assert results["torque_n_m_lower"].notna().all() == is_known
+    assert shares.notna().all(axis=None) == is_known
+    assert shares.isna().all(axis=None) != is_known
+
+
+def test_the_laws_error_is_that_at_the_slips_of_spin(monkeypatch):
+    # 4102 at 7500 rpm and 12 kN: the cage rolls, and the ball spins on the inner race
+    point = {"axial_load_n": 12e3, "inner_speed_rpm": 7500.0, "inlet_temperature_c": 100.0}
+    uncertain_oil = oil("4102", with_first_constant(0.0, 10), with_first_constant(0.0, 0))
+    cases = Cases(BEARING, [CaseGroup(uncertain_oil, "stress", pd.DataFrame([point]))])
+    balance = friction_equilibrium(cases.problem).balance
+    speed_m_s = balance.conditions.entrainment_speed_m_s[0, :, 0]
+    # pure spin slides by omega |y|, and the mean |y| under Hertz's pressure, with the weights
+    # 1 - y^2 of strips, is 3/8 of the semi-axis
+    spin_speed_m_s = np.abs(balance.sliding.relative_spin_rad_s) * balance.contacts.semi_axis_y_m
+    slip_by_spin = (3 / 8 * spin_speed_m_s / speed_m_s)[0]
+    assert balance.sliding.middle_slide_roll_ratio[0, 0] < 0.25 * slip_by_spin[0]
+
+    def planted_error(_law, conditions, slip, _error_without_interval):
+        # grows with the speed and with the slip
+        return conditions[:, 1] * np.abs(slip)
+
+    monkeypatch.setattr(FittedLaw, "form_error", planted_error)
+    error = law_error(uncertain_oil.laws["stress"], cases.calculate(), 0.15)
+    assert error[0] == pytest.approx((speed_m_s * slip_by_spin).max(), rel=0.06)
 
 
 def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():

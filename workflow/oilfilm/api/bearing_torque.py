@@ -150,12 +150,15 @@ class BearingTorque:
         return frame[frame["oil"] == self.oil] if self.oil else frame
 
     def _share_of_best(self, row: "pd.Series[Any]") -> float:
-        """Share of the draws in which the best oil of a row's point is the best one."""
+        """Share of the draws in which the best oil of a row's point is the best one.
+
+        NaN where it is not known.
+        """
         points = self.answers.points
         is_best_oil_here = points["oil"] == row["best_oil"]
         for column in ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c"):
             is_best_oil_here &= points[column] == row[column]
-        return float(points.loc[is_best_oil_here, "best_share"].sum())
+        return float(points.loc[is_best_oil_here, "best_share"].sum(min_count=1))
 
     def _lines(self) -> Iterator[str]:
         """The lines of the summary."""
@@ -172,7 +175,8 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
 
     Args:
         row: Row of `Answers.points`.
-        share_of_best: Share of the draws in which the best oil is the best one.
+        share_of_best: Share of the draws in which the best oil is the best one; NaN where it is not
+            known.
     """
     yield (
         f"{row['bearing']}, oil {row['oil']}: {row['axial_load_n']:g} N, "
@@ -193,22 +197,28 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  {name:<16}{three_digits(value)} {unit}, {interval}"
     if row["bistable"] is True:
         yield "  the cage may roll or skid here; the numbers are those of the faster cage"
+    elif pd.isna(row["bistable"]):
+        yield "  it is not known whether the cage may skid here"
     best_oil = row["best_oil"]
     if best_oil == "":
         yield "  best oil        none: no oil has a full film"
     elif best_oil == NOT_KNOWN:
         yield "  best oil        not known: an oil has no steady motion or no known film"
+    elif np.isnan(share_of_best):
+        yield f"  best oil        {best_oil}, share of the draws not known"
     else:
         yield f"  best oil        {best_oil}, in {share_of_best:.0%} of the draws"
     if row["pressure_verdict"] != "within":
         yield f"  contact pressure {row['pressure_verdict']} limit (bearing.pressure_limits_gpa)"
     shares_beyond_tests = [
         f"{name} {row[f'share_beyond_{name}']:.0%}"
-        for name in ("pressure", "speed", "slip")
+        for name in ("pressure", "speed", "temperature", "slip")
         if row[f"share_beyond_{name}"] > 0
     ]
     if shares_beyond_tests:
         yield f"  heat of traction beyond the tests of the law: {', '.join(shares_beyond_tests)}"
+    if row["below_law_floor"] is True:
+        yield "  the law is evaluated at its smallest level of a condition (bearing.law_floor)"
 
 
 def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
@@ -224,6 +234,8 @@ def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
         meaning = CAUSES[row["variance_cause"]].meaning
         torque_share, slip_share = row["torque_share"], row["slip_share"]
         yield f"  {meaning:<42}{torque_share:>8.0%}{slip_share:>8.0%}  {range_text(row)}"
+    for cause in shares.loc[largest_share.isna(), "variance_cause"]:
+        yield f"  {CAUSES[cause].meaning:<42}{'not known':>16}"
     share_sums = shares[["torque_share", "slip_share"]].sum()
     if share_sums.max() > _SHARE_SUM_OF_JOINT_CAUSES:
         yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"

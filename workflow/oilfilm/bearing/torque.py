@@ -16,6 +16,9 @@ from oilfilm.physics.contact import Conditions, Floats
 from oilfilm.physics.film import film_thickness, within_thermal_reduction
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 
+# Relative accuracy with which a rig holds a level.
+_LEVEL_ACCURACY = 1e-3
+
 
 def torque_terms(
     equilibrium: FrictionEquilibrium,
@@ -34,8 +37,8 @@ def torque_terms(
 
     Args:
         equilibrium: The equilibrium; the outer ring is at rest.
-        tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
-            the quantity; for all points or for each point; NaN where unknown.
+        tested_ranges: Lowest and highest tested level of pressure, speed, temperature and slip, by
+            the name of the quantity; for all points or for each point; NaN where unknown.
         limiting_stress_ratio: Limiting stress ratio of the oil, for all points or for each point.
 
     Returns:
@@ -53,6 +56,8 @@ def torque_terms(
     contact_angle_deg = np.degrees(balance.contacts.contact_angle_rad)
     conditions = _conditions_of_contacts(equilibrium)
     pressure_gpa = conditions.max_hertz_pressure_gpa
+    speed_m_s = conditions.entrainment_speed_m_s
+    mean_slide_roll_ratio = _mean_slide_roll_ratio(equilibrium)
     lambda_ratio, film_in_range = film_ratio(equilibrium)
     torque_of_term = {
         f"{name}_torque_n_m": ball_count * heat_w_of_ball / divisor_rad_s
@@ -74,6 +79,10 @@ def torque_terms(
         "outside_law": equilibrium.outside_law(),
         "cage_slip": equilibrium.cage_slip(),
         "inner_slide_roll_ratio": balance.sliding.middle_slide_roll_ratio[:, 0],
+        "inner_mean_slide_roll_ratio": mean_slide_roll_ratio[:, 0],
+        "outer_mean_slide_roll_ratio": mean_slide_roll_ratio[:, 1],
+        "inner_entrainment_speed_m_s": speed_m_s[:, 0],
+        "outer_entrainment_speed_m_s": speed_m_s[:, 1],
         "inner_contact_angle_deg": contact_angle_deg[:, 0],
         "outer_contact_angle_deg": contact_angle_deg[:, 1],
         "inner_max_hertz_pressure_gpa": pressure_gpa[:, 0],
@@ -105,6 +114,9 @@ def _film_columns(
     is_beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
     is_beyond_pressure = _is_beyond(pressure_gpa, tested_ranges["max_hertz_pressure_gpa"])
     is_beyond_speed = _is_beyond(speed_m_s, tested_ranges["entrainment_speed_m_s"])
+    is_beyond_temperature = _is_beyond(
+        conditions.inlet_temperature_c, tested_ranges["inlet_temperature_c"]
+    )
     # mu is the mean shear stress of a contact over its mean pressure
     is_over_limit = film_traction.coefficient @ load_share > np.reshape(
         limiting_stress_ratio, (-1, 1)
@@ -120,12 +132,22 @@ def _film_columns(
         "share_beyond_slip": _weighted_mean(is_beyond_slip, node_heat_w),
         "share_beyond_pressure": _weighted_mean(is_beyond_pressure, film_traction.heat_w),
         "share_beyond_speed": _weighted_mean(is_beyond_speed, film_traction.heat_w),
+        "share_beyond_temperature": _weighted_mean(is_beyond_temperature, film_traction.heat_w),
     }
 
 
 def _conditions_of_contacts(equilibrium: FrictionEquilibrium) -> Conditions:
     """Conditions of both contacts of each point, shape (points, 2), without the axis for nodes."""
     return equilibrium.balance.conditions.select(..., 0)
+
+
+def _mean_slide_roll_ratio(equilibrium: FrictionEquilibrium) -> FloatArray:
+    """Local slide-roll ratio of each contact, averaged over the ellipse by load: (points, 2).
+
+    That in the middle of the contact would leave out spin.
+    """
+    load_share = equilibrium.problem.rule.load_share
+    return np.asarray(equilibrium.balance.traction.slide_roll_ratio @ load_share)
 
 
 def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
@@ -154,21 +176,19 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     """Minimum film over combined Rq in the worst contact, and whether the formula holds.
 
     Starvation reduces the film, and so does inlet heating (thermal reduction). The latter is
-    calculated with the slide-roll ratio averaged over the ellipse by load: that in the middle of
-    the contact would leave out spin.
+    calculated with the slide-roll ratio averaged over the ellipse by load.
 
     Returns:
         Film over roughness, NaN outside the range of the thermal reduction; True where both
         contacts are within that range. Both have the shape (points,).
     """
-    problem, balance = equilibrium.problem, equilibrium.balance
+    problem = equilibrium.problem
     oil = problem.lubrication.oil_in_contacts
     conditions = _conditions_of_contacts(equilibrium)
     # the formula needs a load above 0
     load_n = np.maximum(conditions.load_n, np.finfo(float).tiny)
     conditions = replace(conditions, load_n=load_n)
-    mean_slide_roll_ratio = balance.traction.slide_roll_ratio @ problem.rule.load_share
-    film_m = film_thickness(oil, conditions, mean_slide_roll_ratio, "minimum")
+    film_m = film_thickness(oil, conditions, _mean_slide_roll_ratio(equilibrium), "minimum")
     thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
     is_contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
     film_in_range = np.asarray(is_contact_in_range.all(axis=1))
@@ -211,12 +231,15 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
 def _is_beyond(values: FloatArray, tested_range: FloatArray | tuple[float, float]) -> FloatArray:
     """1 outside the tested range, 0 inside, NaN where the range is unknown.
 
-    The range is widened by 0.1 %, the accuracy with which a rig holds a level.
+    The range is widened by the accuracy with which a rig holds a level.
     """
     one_per_point = (-1,) + (1,) * (values.ndim - 1)
     lowest = np.reshape(tested_range[0], one_per_point)
     highest = np.reshape(tested_range[1], one_per_point)
-    is_beyond_range = ((values < lowest * 0.999) | (values > highest * 1.001)).astype(float)
+    # temperatures may be below 0
+    is_below = values < lowest - _LEVEL_ACCURACY * np.abs(lowest)
+    is_above = values > highest + _LEVEL_ACCURACY * np.abs(highest)
+    is_beyond_range = (is_below | is_above).astype(float)
     return np.where(np.isfinite(lowest + highest), is_beyond_range, np.nan)
 
 

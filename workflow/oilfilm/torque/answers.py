@@ -95,7 +95,8 @@ class Answers(NamedTuple):
     Attributes:
         points: One row per oil and point, as the table of cage slip, with `best_oil`.
         shares: One row per oil, point and cause, with the range that was drawn: `range_low` and
-            `range_high` in the unit of `CAUSES`, or the relative `standard_uncertainty`.
+            `range_high` in the unit of `CAUSES`, or the relative `standard_uncertainty`. Where the
+            scatter of runs is not known nothing was drawn for it, and its shares are null.
     """
 
     points: pd.DataFrame
@@ -331,7 +332,7 @@ def _with_ranges(
     )
     for oil in oils:
         is_of_oil = shares["oil"] == oil.name
-        run_sd = np.nan_to_num(oil.laws["stress"].fitted.coefficients.run_sd)
+        run_sd = oil.laws["stress"].fitted.coefficients.run_sd
         viscosity = settings.stand_in_uncertainty.viscosity * oil.properties.stand_in
         standard_uncertainty = standard_uncertainty.mask(
             is_of_oil & (shares["variance_cause"] == "runs"), run_sd
@@ -339,7 +340,10 @@ def _with_ranges(
         standard_uncertainty = standard_uncertainty.mask(
             is_of_oil & (shares["variance_cause"] == "viscosity"), viscosity
         )
+    is_unknown = (shares["variance_cause"] == "runs") & standard_uncertainty.isna()
     return shares.assign(
+        torque_share=shares["torque_share"].mask(is_unknown),
+        slip_share=shares["slip_share"].mask(is_unknown),
         range_low=shares["variance_cause"].map(lowest_by_cause).astype(float),
         range_high=shares["variance_cause"].map(highest_by_cause).astype(float),
         standard_uncertainty=standard_uncertainty,
@@ -369,7 +373,7 @@ def range_text(share_row: "pd.Series[float]") -> str:
         )
     if np.isfinite(share_row["standard_uncertainty"]):
         return f"{100 * share_row['standard_uncertainty']:.2g} % of it, one standard deviation"
-    return "as stated in the rig's file"
+    return "as stated in the rig's file" if cause is CAUSES["rig"] else "not known"
 
 
 def what_to_measure(

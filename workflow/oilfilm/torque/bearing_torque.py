@@ -18,7 +18,7 @@ from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import Lubrication
+from oilfilm.bearing.resistance import Lubrication, momentum_torque_n_m
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
 from oilfilm.fits.fit import laws_of
 from oilfilm.fits.fitted import FittedLaw, read_surface
@@ -43,7 +43,12 @@ from oilfilm.traction import BEARING_LAW_NAMES
 
 _LOAD_SPEED_TEMPERATURE = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
 # Quantities whose tested range is compared with the conditions in a bearing.
-_TESTED_QUANTITIES = ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "slide_roll_ratio")
+_TESTED_QUANTITIES = (
+    "max_hertz_pressure_gpa",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+    "slide_roll_ratio",
+)
 # Largest residual in tables, relative to the load of a ball; null above.
 _LARGEST_RESIDUAL = 1e9
 # Factors on all traction, between which the inversion interpolates; the middle one is 1.
@@ -54,11 +59,6 @@ _STANDARD_UNCERTAINTIES_PER_SIDE = 1.96
 _NORMAL_SLICES = 1000
 # Powers of the bearing's size with which its uncertain inputs grow.
 _SIZE_POWERS = {"shaft_interference_m": 1, "housing_interference_m": 1, "feed_flow_m3_s": 2}
-# Terms of the torque that are proportional to inputs with a range.
-_RANGES_OF_TERM = {
-    "drag": ("oil_volume_fraction",),
-    "momentum": ("feed_flow_m3_s", "momentum_share"),
-}
 
 
 @dataclass(frozen=True)
@@ -71,8 +71,8 @@ class OilInBearing:
         laws: Laws by load variable. The keys `LOAD_VARIABLES` have the campaign's law, evaluated
             with maximum Hertz pressure (`stress`), load or dimensionless load. Further keys are
             names of laws on load.
-        tested_ranges: Lowest and highest tested level of pressure, speed and slip, by the name of
-            the quantity; NaN where unknown.
+        tested_ranges: Lowest and highest tested level of pressure, speed, temperature and slip, by
+            the name of the quantity; NaN where unknown.
         bearing_settings: Section `bearing` of the settings.
     """
 
@@ -220,6 +220,9 @@ class Cases:
         calculated = _null_without_equilibrium(
             torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
         )
+        calculated["below_law_floor"] = _flag_or_null(
+            self._is_below_law_floor(equilibrium), calculated["converged"].to_numpy(dtype=bool)
+        )
         long_term_limit_gpa, peak_limit_gpa = self._settings.pressure_limits_gpa
         pressures = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
         larger_pressure_gpa = calculated[pressures].max(axis=1)
@@ -233,6 +236,18 @@ class Cases:
             "within",
         )
         return calculated.join(self.points[self.points.columns.difference(calculated.columns)])
+
+    def _is_below_law_floor(self, equilibrium: FrictionEquilibrium) -> BoolArray:
+        """Points at which a law is evaluated at its smallest level of a condition, (points,)."""
+        is_below = np.empty(len(self.points), dtype=bool)
+        # without the axis for the nodes of a contact
+        conditions = equilibrium.balance.conditions.select(..., 0)
+        group_of_point = self._for_each_point(np.arange(len(self.law_of_group)))
+        for group_index, law in enumerate(self.law_of_group):
+            is_of_group = group_of_point == group_index
+            is_below_in_contacts = law.is_below_smallest_level(conditions.select(is_of_group))
+            is_below[is_of_group] = is_below_in_contacts.any(axis=1)
+        return is_below
 
     @property
     def _settings(self) -> BearingSettings:
@@ -447,7 +462,7 @@ def _null_without_equilibrium(terms: Mapping[str, FloatArray]) -> pd.DataFrame:
     )
 
 
-def _flag_or_null(flag: FloatArray, is_known: BoolArray) -> "pd.Series[bool]":
+def _flag_or_null(flag: FloatArray | BoolArray, is_known: BoolArray) -> "pd.Series[bool]":
     """A flag that is null where it is not known."""
     return pd.Series(flag.astype(bool), dtype="boolean").where(is_known)
 
@@ -493,7 +508,8 @@ def _compared_with_measured(
 
     The calculated torque has the uncertainty of the side of its interval on which the measured one
     is, because the two sides are not alike. `compatibility` is the difference over its
-    standard uncertainty.
+    standard uncertainty. It is null where the flow of the feed oil is not known, because the
+    calculated torque is then one without the momentum of that oil.
     """
     measured_uncertainty_n_m = np.hypot(
         calculated["measured_torque_n_m_se"].to_numpy(),
@@ -508,6 +524,7 @@ def _compared_with_measured(
     compatibility = difference_n_m / np.hypot(
         interval_side_n_m / _STANDARD_UNCERTAINTIES_PER_SIDE, measured_uncertainty_n_m
     )
+    compatibility = compatibility.where(calculated["momentum_torque_n_m"].notna())
     is_compatible = np.abs(compatibility) <= settings.bearing.compatible_uncertainties
     verdict = np.select(
         [np.isnan(compatibility), is_compatible], ["not known", "compatible"], "not compatible"
@@ -583,18 +600,19 @@ def _inversion_table(
     torque_step_n_m = np.diff(torque_n_m, axis=0)[lower_factor_index]
     mu_step = np.diff(mean_mu, axis=0)[lower_factor_index]
     mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor_index], np.nan)
+    torque_uncertainty_n_m = _traction_torque_uncertainty_n_m(bearing, oils, plateaus, settings)
     with np.errstate(divide="ignore", invalid="ignore"):
         mu_per_n_m = np.where(torque_step_n_m != 0, mu_step / torque_step_n_m, np.inf)
         mu = mu_at_lower_factor - excess_torque_n_m[lower_factor_index] * mu_per_n_m
         random_uncertainty = np.abs(mu_per_n_m) * plateaus["measured_torque_n_m_se"].to_numpy()
-        systematic_uncertainty = np.abs(mu_per_n_m) * _traction_torque_uncertainty_n_m(
-            plateaus, settings
-        )
+        systematic_uncertainty = np.abs(mu_per_n_m) * torque_uncertainty_n_m
     is_solved = (
         np.isfinite(mu) & np.isfinite(random_uncertainty) & np.isfinite(systematic_uncertainty)
     )
-    # without the torque of both neighbouring factors nothing is known
-    is_unknown = np.isnan(torque_n_m).any(axis=0) & ~is_enclosed
+    # without the torque of both neighbouring factors, or without a term, nothing is known
+    is_unknown = (np.isnan(torque_n_m).any(axis=0) & ~is_enclosed) | np.isnan(
+        torque_uncertainty_n_m
+    )
     verdict = np.select(
         [is_unknown, ~is_solved, np.hypot(random_uncertainty, systematic_uncertainty) < mu],
         ["not known", "no solution", "determined"],
@@ -627,11 +645,14 @@ def _nearest_pair(encloses: BoolArray) -> IndexArray:
     return first_smallest(distance, axis=0)
 
 
-def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
+def _traction_torque_uncertainty_n_m(
+    bearing: Bearing, oils: Sequence[OilInBearing], plateaus: pd.DataFrame, settings: Settings
+) -> FloatArray:
     """Standard uncertainty of the traction torque: measured torque less the other terms.
 
     It has a part by the calibration of the torque sensor, one by each other term, and one by the
-    momentum of the feed oil.
+    momentum of the feed oil. It is NaN where a term is not known, as the momentum is without the
+    flow of the oil.
     """
     # the middles of the slices stand for the distribution
     probabilities = (np.arange(_NORMAL_SLICES) + 0.5) / _NORMAL_SLICES
@@ -640,24 +661,56 @@ def _traction_torque_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings)
     relative_uncertainty_by_term = {
         term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
     }
-    uncertain_input_by_name = {
-        **settings.tested_bearing().uncertain,
-        **bearing_settings.uncertain(),
-    }
-    for term, input_names in _RANGES_OF_TERM.items():
-        relative_uncertainties = [
-            uncertain_input_by_name[input_name].quantiles(probabilities).std()
-            / uncertain_input_by_name[input_name].value
-            for input_name in input_names
-        ]
-        relative_uncertainty_by_term[term] = np.linalg.norm(relative_uncertainties)
-    uncertainties_n_m = [_calibration_uncertainty_n_m(plateaus, settings)]
+    # drag is proportional to the oil's share of the volume, which is above 0
+    oil_volume_fraction = bearing_settings.uncertain()["oil_volume_fraction"]
+    relative_uncertainty_by_term["drag"] = (
+        oil_volume_fraction.quantiles(probabilities).std() / oil_volume_fraction.value
+    )
+    # the momentum has an uncertainty also where its value is 0
+    carried_flow_sd_m3_s = _sd_of_product(
+        bearing.uncertain["feed_flow_m3_s"].quantiles(probabilities),
+        bearing.uncertain["momentum_share"].quantiles(probabilities),
+    )
+    uncertainties_n_m = [
+        _calibration_uncertainty_n_m(plateaus, settings),
+        momentum_torque_n_m(
+            carried_flow_sd_m3_s * _density_kg_m3(oils, plateaus),
+            plateaus["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM,
+            bearing.groove_bottom_m[0],
+        ),
+    ]
     for term, relative_uncertainty in relative_uncertainty_by_term.items():
-        # the momentum is null where the flow is not known, and the torque is one without it
-        uncertainties_n_m.append(
-            np.nan_to_num(relative_uncertainty * plateaus[f"{term}_torque_n_m"].to_numpy())
-        )
+        uncertainties_n_m.append(relative_uncertainty * plateaus[f"{term}_torque_n_m"].to_numpy())
     return np.asarray(np.linalg.norm(uncertainties_n_m, axis=0))
+
+
+def _sd_of_product(first_values: FloatArray, second_values: FloatArray) -> float:
+    """Standard deviation of the product of two independent quantities.
+
+    Args:
+        first_values: Equally probable values of the one.
+        second_values: Those of the other.
+
+    Examples:
+        Both are -1 or 1, and so is their product:
+
+        >>> print(_sd_of_product(np.array([-1.0, 1.0]), np.array([-1.0, 1.0])))
+        1.0
+    """
+    mean_of_square = np.mean(first_values**2) * np.mean(second_values**2)
+    square_of_mean = (np.mean(first_values) * np.mean(second_values)) ** 2
+    # rounding must not make it negative; NaN stays
+    return float(np.sqrt(np.maximum(mean_of_square - square_of_mean, 0.0)))
+
+
+def _density_kg_m3(oils: Sequence[OilInBearing], points: pd.DataFrame) -> FloatArray:
+    """Density of the oil of each point at the inlet, shape (points,)."""
+    temperature_c = points["inlet_temperature_c"].to_numpy(dtype=float)
+    density_kg_m3 = np.empty(len(points))
+    for oil in oils:
+        is_of_oil = points["oil"].to_numpy() == oil.name
+        density_kg_m3[is_of_oil] = oil.properties.density_kg_m3(temperature_c[is_of_oil])
+    return density_kg_m3
 
 
 def _calibration_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:

@@ -206,8 +206,13 @@ def judge_tests(
         "slips that the rig reaches at this speed": np.asarray(reached_slip_count < _FEWEST_SLIPS),
     }
     if film is not None:
-        is_thin = is_reached & ~exceeds(lambda_ratio, lambda_limit)
+        # a film that the formula does not give need not be thin
+        is_unknown = is_reached & np.isnan(lambda_ratio)
+        is_thin = is_reached & ~exceeds(lambda_ratio, lambda_limit) & ~is_unknown
         is_beyond_by_limit[f"a full film (lambda > {lambda_limit:g})"] = np.asarray(
             is_thin.any(axis=1)
+        )
+        is_beyond_by_limit["a film within the range of the formula"] = np.asarray(
+            is_unknown.any(axis=1)
         )
     return JudgedTests(load_n, slip, is_reached, lambda_ratio, is_beyond_by_limit)

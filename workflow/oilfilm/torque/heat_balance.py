@@ -7,7 +7,7 @@ Decides: how hot the oil of a bearing becomes; what heating of the oil changes.
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import pandas as pd
@@ -16,6 +16,7 @@ from oilfilm import tables
 from oilfilm.base.units import RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, OilSupply
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import required
@@ -207,6 +208,33 @@ def _best_oil_of_rows(
     return best_oil_names.fillna("").where(heat_balance_rows["run_id"] == "", "")
 
 
+def _heated_cases(
+    oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, contact_temperature_c: FloatArray
+) -> Cases:
+    """Operating points with the oil of the contacts at another temperature than at the inlet.
+
+    The mass flow of the feed oil is that at the inlet, where its volume flow is stated.
+
+    Args:
+        oil: The oil.
+        bearing: The bearing.
+        points: Operating points with the temperature at the inlet.
+        contact_temperature_c: Temperature of the oil in the contacts, shape (points,).
+    """
+    inlet_temperature_c = points["inlet_temperature_c"].to_numpy(dtype=float)
+    inlet_density_kg_m3 = oil.properties.density_kg_m3(inlet_temperature_c)
+    volume_ratio = inlet_density_kg_m3 / oil.properties.density_kg_m3(contact_temperature_c)
+    inputs = Inputs.without_draws(
+        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+    )
+    heated_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=contact_temperature_c)
+    return Cases(
+        bearing,
+        [CaseGroup(oil, "stress", heated_points)],
+        replace(inputs, feed_flow_m3_s=inputs.feed_flow_m3_s * volume_ratio),
+    )
+
+
 def _friction_with_heated_oil(
     oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, supply: OilSupply
 ) -> pd.DataFrame:
@@ -226,11 +254,9 @@ def _friction_with_heated_oil(
         solvable_index = point_index[can_be_solved]
         if len(solvable_index) == 0:
             return heat_w
-        heated_points = points[_POINT_COLUMNS].iloc[solvable_index]
-        heated_points = heated_points.assign(
-            inlet_temperature_c=contact_temperature_c[can_be_solved]
-        )
-        problem = Cases(bearing, [CaseGroup(oil, "stress", heated_points)]).problem
+        problem = _heated_cases(
+            oil, bearing, points.iloc[solvable_index], contact_temperature_c[can_be_solved]
+        ).problem
         equilibrium = friction_equilibrium(problem, latest_motion.at_points(solvable_index))
         converged = equilibrium.solution.converged
         latest_motion.unknowns[solvable_index[converged]] = equilibrium.solution.unknowns[converged]
@@ -240,8 +266,7 @@ def _friction_with_heated_oil(
 
     balance = heat_balance(friction_heat_w, oil.properties, supply, inlet_c)
     balanced_temperature_c = np.where(balance.is_balanced, balance.contact_temperature_c, inlet_c)
-    points_at_balance = points[_POINT_COLUMNS].assign(inlet_temperature_c=balanced_temperature_c)
-    calculated = Cases(bearing, [CaseGroup(oil, "stress", points_at_balance)]).calculate(
+    calculated = _heated_cases(oil, bearing, points, balanced_temperature_c).calculate(
         latest_motion
     )
     calculated.loc[~balance.is_balanced, _COMPARED_COLUMNS] = np.nan

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oilfilm.base.units import FloatArray, IndexArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions, Contact, creep_slope
@@ -73,18 +73,7 @@ class LawInBearing:
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         law = self.fitted.law
-        level_by_condition = {
-            "max_hertz_pressure_gpa": self._stress_gpa(conditions),
-            "load_n": conditions.load_n,
-            "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
-            "inlet_temperature_c": conditions.inlet_temperature_c,
-        }
-        # fmax replaces a NaN of a failed trial, which then ends without equilibrium
-        limited_levels = [
-            np.fmax(level_by_condition[name], self.smallest_level_of_condition[name])
-            for name in law.conditions
-        ]
-        conditions_of_law = np.stack(limited_levels, axis=-1)
+        conditions_of_law = self.conditions_of_law(self._level_by_condition(conditions))
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
         conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
         design = law.design(conditions_table, self.fitted.coefficients.group_has_exponent)
@@ -97,6 +86,37 @@ class LawInBearing:
         relative_pressure = np.fmax(conditions.relative_pressure, _SMALLEST_RELATIVE_PRESSURE)
         creep = creep_slope(relative_pressure, conditions.ellipticity)
         return np.minimum(mu, creep * slide_roll_ratio, out=mu)
+
+    def conditions_of_law(self, level_by_condition: Mapping[str, FloatArray]) -> FloatArray:
+        """The law's conditions, none below its smallest level, shape (..., conditions).
+
+        Args:
+            level_by_condition: Levels of all conditions, of one shape.
+        """
+        # fmax replaces a NaN of a failed trial, which then ends without equilibrium
+        limited_levels = [
+            np.fmax(level_by_condition[name], self.smallest_level_of_condition[name])
+            for name in self.fitted.law.conditions
+        ]
+        return np.stack(limited_levels, axis=-1)
+
+    def is_below_smallest_level(self, conditions: Conditions) -> BoolArray:
+        """Where one of the law's conditions is below its smallest level, shape of the contacts."""
+        level_by_condition = self._level_by_condition(conditions)
+        is_below = [
+            level_by_condition[name] < self.smallest_level_of_condition[name]
+            for name in self.fitted.law.conditions
+        ]
+        return np.asarray(np.any(is_below, axis=0))
+
+    def _level_by_condition(self, conditions: Conditions) -> dict[str, FloatArray]:
+        """Levels of the conditions of contacts, by the names that laws give them."""
+        return {
+            "max_hertz_pressure_gpa": self._stress_gpa(conditions),
+            "load_n": conditions.load_n,
+            "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
+            "inlet_temperature_c": conditions.inlet_temperature_c,
+        }
 
     def _stress_gpa(self, conditions: Conditions) -> FloatArray:
         """Stress at which the rig's contact has the load variable of the bearing's contact."""

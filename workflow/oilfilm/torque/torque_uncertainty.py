@@ -21,6 +21,7 @@ Decides: the uncertainty of torque, cage slip and power, and the share of each c
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -107,26 +108,29 @@ def law_error(
 ) -> FloatArray:
     """Relative standard error of the law's form at operating points, shape (points,).
 
-    It is the larger one of both contacts.
+    It is the larger one of both contacts. Each contact has its own pressure and speed, and its own
+    local slip, averaged over the ellipse by load. The slip in its middle would leave out spin,
+    which is nearly all of the sliding under a cage that rolls. Below the smallest levels at which
+    the law is evaluated, it is the error at these levels.
 
     Args:
         law: The law.
-        calculated: Pressures, speed, oil temperature and slip of the contacts.
+        calculated: Results with pressure, speed and mean slip of each contact (`torque_terms`), and
+            with the oil temperature.
         error_without_interval: The error where the surface of measured mu has no interval.
     """
-    slip = calculated["inner_slide_roll_ratio"].to_numpy(dtype=float)
     errors = []
     for ring in ("inner", "outer"):
         pressure_gpa = calculated[f"{ring}_max_hertz_pressure_gpa"].to_numpy(dtype=float)
+        speed_m_s = calculated[f"{ring}_entrainment_speed_m_s"].to_numpy(dtype=float)
+        slip = calculated[f"{ring}_mean_slide_roll_ratio"].to_numpy(dtype=float)
         level_by_condition: dict[str, FloatArray] = {
             "max_hertz_pressure_gpa": pressure_gpa,
             "load_n": law.rig_contact.load_n(pressure_gpa),
-            "entrainment_speed_m_s": calculated["entrainment_speed_m_s"].to_numpy(dtype=float),
+            "entrainment_speed_m_s": speed_m_s,
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
-        conditions = np.column_stack(
-            [level_by_condition[name] for name in law.fitted.law.conditions]
-        )
+        conditions = law.conditions_of_law(level_by_condition)
         errors.append(law.fitted.form_error(conditions, slip, error_without_interval))
     return np.maximum(*errors)
 
@@ -250,6 +254,11 @@ class RandomDraws:
 
         NaN without refits and where a draw has no equilibrium.
         """
+        return self._results_of_draws
+
+    @cached_property
+    def _results_of_draws(self) -> FloatArray:
+        """See `calculate_results`."""
         draw_count = self._settings.uncertainty.draws
         results = np.full((len(DRAWN_RESULTS), draw_count, self._point_count), np.nan)
         if len(self.drawn_point_index):
@@ -274,6 +283,7 @@ class RandomDraws:
 
         Returns:
             One row per point and cause: `point`, `variance_cause`, `torque_share`, `slip_share`.
+            The shares are NaN where too many draws have no equilibrium for an interval.
         """
         position_in_drawn = np.flatnonzero(np.isin(self.drawn_point_index, wanted_points))
         if len(position_in_drawn) == 0:
@@ -314,6 +324,11 @@ class RandomDraws:
                 redrawn_results, axis=2, ddof=1
             )
             shares = np.nanmean((redrawn_results - first_results) ** 2, axis=2) / variance
+        torque_n_m = self.calculate_results()[0][:, self.drawn_point_index[position_in_drawn]]
+        has_enough_draws = _has_enough_draws(
+            np.isfinite(torque_n_m), self._settings.uncertainty.lost_share_max
+        )
+        shares = np.where(has_enough_draws, shares, np.nan)
         torque_share, slip_share, _ = shares
         return pd.DataFrame(
             {

@@ -25,6 +25,8 @@ from oilfilm.traction.law import CONDITIONS, to_constants
 BEARING_TARGETS = ("torque", "cage_slip")
 # Columns of the calculated results with the maximum pressure at both races.
 _PRESSURES = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+# Columns of the calculated results with the entrainment speed at both races.
+_SPEEDS = ["inner_entrainment_speed_m_s", "outer_entrainment_speed_m_s"]
 # Step of the internal constants in finite differences.
 _INTERNAL_STEP = 1e-3
 # Largest second difference over first difference of a smooth quantity. It is of the size of the
@@ -227,12 +229,9 @@ def _coordinates_of_contacts(
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
     # the load at which the contact of the rig has the pressure of the bearing's
     rig_load_n = contact.load_n(calculated[_PRESSURES].to_numpy())
-    speed_m_s = calculated[["entrainment_speed_m_s"]].to_numpy()
     temperature_c = duty[:, [2]]
     return form_coordinates(
-        rig_load_n,
-        np.broadcast_to(speed_m_s, rig_load_n.shape),
-        np.broadcast_to(temperature_c, rig_load_n.shape),
+        rig_load_n, calculated[_SPEEDS].to_numpy(), np.broadcast_to(temperature_c, rig_load_n.shape)
     )
 
 

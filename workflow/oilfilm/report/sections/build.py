@@ -502,7 +502,8 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         undecided=undecided_plateaus(converged),
         bistable_points=bistable_points_text(converged),
         why_lost=_reasons_lost(torque[~torque["converged"]]),
-        has_uncertainty=converged.empty or (with_one_motion["verdict"] != "not known").any(),
+        has_uncertainty=converged.empty or with_one_motion["torque_n_m_uncertainty"].notna().any(),
+        lacks_momentum=converged["momentum_torque_n_m"].isna().any(),
         control=_truths_by_verdict(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
         inversion=results.torque_inversion["verdict"].tolist(),
@@ -560,12 +561,15 @@ def _median_shares(shares: pd.DataFrame) -> pd.DataFrame:
 def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
     """Causes of the variance in words, without those that make none of it.
 
+    A cause of unknown share is among them, unless no share is known.
+
     Args:
         shares: Table of variance shares.
     """
     medians = _median_shares(shares)
     larger_share = medians[["torque_share", "slip_share"]].max(axis=1)
-    shown_causes = medians[larger_share >= _SMALLEST_SHARE]
+    is_unknown = larger_share.isna() & bool(larger_share.notna().any())
+    shown_causes = medians[(larger_share >= _SMALLEST_SHARE) | is_unknown]
     return shown_causes.assign(
         meaning=[CAUSES[cause].meaning for cause in shown_causes["variance_cause"]],
         drawn_from=[range_text(row) for _, row in shown_causes.iterrows()],
