@@ -95,7 +95,8 @@ class StoredRelease:
         """A sentence for each file that differs from the manifest, is missing or is extra.
 
         `SHA256SUMS` must be there and name every file. A folder with the name of a release must
-        have the name of this one. For a pin, only the files that it keeps are checked.
+        have the name of this one. A pin must hold the files that each pin keeps; of the others,
+        those that are there are checked.
         """
         files_present = set(files_below(self.folder))
         sentences = [
@@ -104,7 +105,9 @@ class StoredRelease:
         ]
         if self.is_pin:
             expected_records = [
-                record for path, record in self.record_by_path.items() if path in files_present
+                record
+                for path, record in self.record_by_path.items()
+                if path in files_present or path in _PINNED_FILES
             ]
         else:
             # the file that `sha256sum -c` reads and that a signature covers
@@ -202,9 +205,11 @@ class StoredRelease:
     def _table_file(self, name: str) -> Path | None:
         """The checked file of a table; None as for `read_table`."""
         path = f"tables/{name}.parquet"
-        if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
-            return None
-        return self.checked_file(path)
+        return self.checked_file(path) if self._holds(path) else None
+
+    def _holds(self, path: str) -> bool:
+        """Whether the folder must hold a file: the release has it, and a pin keeps such files."""
+        return path in self.record_by_path and (not self.is_pin or path in _PINNED_FILES)
 
     def read_lines(self, path: str) -> list[str] | None:
         """The lines of a text; None where the release has none, or the pin does not keep it.
@@ -212,7 +217,7 @@ class StoredRelease:
         Raises:
             OilfilmError: As in `checked_file`, or it is no text.
         """
-        if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
+        if not self._holds(path):
             return None
         file = self.checked_file(path)
         try:
