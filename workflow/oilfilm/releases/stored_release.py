@@ -29,6 +29,7 @@ from oilfilm.releases.manifest import (
     FileRecord,
     Manifest,
     checksums,
+    is_inside,
     read_manifest,
 )
 from oilfilm.releases.tree import PINS, copy_file
@@ -284,8 +285,7 @@ def fetch_release(address: str, folder: Path) -> None:
         )
     with atomic_folder(folder) as temporary:
         try:
-            storage, path = fs.FileSystem.from_uri(address.rstrip("/"))
-            fs.copy_files(path, str(temporary), storage, fs.LocalFileSystem())
+            _copy_from_storage(address, temporary)
         except (OSError, arrow.ArrowException) as error:
             raise OilfilmError(
                 f"{address}: cannot be copied ({printable(error)[:300]}). Check the address, "
@@ -298,3 +298,25 @@ def fetch_release(address: str, folder: Path) -> None:
             raise OilfilmError(str(error).replace(str(temporary), address)) from None
         if changes:
             raise OilfilmError(f"{address}: is not as it was released: {changes[0]}")
+
+
+def _copy_from_storage(address: str, folder: Path) -> None:
+    """Copy all files below an address of a storage into a folder, and no file beside it.
+
+    Raises:
+        OilfilmError: A path of the storage leads out of the folder.
+        OSError, arrow.ArrowException: The storage fails.
+    """
+    storage, place = fs.FileSystem.from_uri(address.rstrip("/"))
+    files = storage.get_file_info(fs.FileSelector(place, recursive=True))
+    paths = [file.path.removeprefix(f"{place}/") for file in files if file.is_file]
+    for path in paths:
+        if not is_inside(path):
+            raise OilfilmError(
+                f"{address}: found the path {printable(path)!r}, which leads out of the release; "
+                "expected paths below it. It was altered: fetch a release from another place."
+            )
+    # one by one: a second listing of the storage could have other paths
+    for path in paths:
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        fs.copy_files(f"{place}/{path}", str(folder / path), storage, fs.LocalFileSystem())
