@@ -299,6 +299,8 @@ def test_plan_lists_the_runs_that_a_campaign_lacks(
     # the names of the demonstration are in the order of pressure
     assert "order of pressure" in text
     assert "friction torque" not in text
+    assert plan(results, "--for", "campaign", "--count", "3") == 2
+    assert "--count: " in capsys.readouterr().err
 
 
 def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixture[str]) -> None:
@@ -307,8 +309,12 @@ def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixtur
     text = capsys.readouterr().out
     # a matrix of 72 conditions, and a reference run before every fifth of them
     assert "4102: 87 runs to make next on ball-on-disc-20mm" in text
-    assert main([*arguments, "--for", "torque"]) == 2
-    assert "no results" in capsys.readouterr().err
+    bearing_options = (["--bearing", "harris-218"], ["--duty", "20kN,5000rpm,100degC"])
+    for options in (["--for", "torque"], ["--count", "3"], *bearing_options):
+        assert main([*arguments, *options]) == 2
+        refusal = capsys.readouterr().err
+        assert options[0] in refusal
+        assert "no results" in refusal
 
 
 @pytest.mark.parametrize(
