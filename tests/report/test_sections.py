@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.logs.run_sheet import UNLISTED
 from oilfilm.report.document import Fact, _shown_tables, facts, percent_form
@@ -127,3 +128,17 @@ def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
     case = {"name": forged, "gate": "drift", "count": 1, "reason": "it drifts", "advice": "Wait"}
     (fact,) = facts("report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet")
     assert fact == Fact("a.csv + Everything is certified: drift. It drifts.", "Wait.")
+
+
+def test_every_setting_that_a_sentence_names_exists(config: Settings) -> None:
+    packages = ROOT / "workflow"
+    texts = [path.read_text("utf-8") for path in packages.glob("*/report/sections/*.jinja")]
+    texts += [path.read_text("utf-8") for path in packages.glob("*/reference/*.yaml")]
+    groups = vars(config).keys() | {"audit"}
+    # `(fit.oil, fit.law)` are variables of a template
+    names = set(re.findall(r"[( ]([a-z_]+\.[a-z_]+)[)\n]", "".join(texts)))
+    named_settings = {name for name in names if name.partition(".")[0] in groups}
+    assert "fit.min_curves_for_errors" in named_settings
+    for name in named_settings:
+        group, _, key = name.partition(".")
+        assert hasattr(getattr(config, group, None), key), name
