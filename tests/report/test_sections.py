@@ -89,6 +89,20 @@ def test_bearing_section_says_where_the_motion_is_not_known(
     assert cells(section, "torque", "4102")["Points"] == "2"
 
 
+@pytest.mark.parametrize(
+    ("bistable", "has_errors", "lacks_refits"),
+    [(True, False, False), (False, True, False), (False, False, True)],
+)
+def test_refits_are_said_to_lack_only_where_they_do(
+    results: CampaignTables, config: Settings, bistable: bool, has_errors: bool, lacks_refits: bool
+) -> None:
+    torque = results.torque.assign(converged=True, bistable=bistable, verdict="not known")
+    error = 0.1 if has_errors else np.nan
+    coefficients = results.coefficients.assign(standard_error=error)
+    changed = results.replace(torque=torque, coefficients=coefficients)
+    assert ("has no refits" in told(by_anchor(changed, config)["bearing"])) == lacks_refits
+
+
 def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     results: CampaignTables, config: Settings
 ) -> None:
