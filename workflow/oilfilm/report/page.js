@@ -258,8 +258,13 @@ function showRun() {
 // ---------------------------------------------------------------- tables
 
 const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+// What a spreadsheet would run as a formula; numbers and intervals may begin with a minus. As `csv_text`.
+const FORMULA = /^(?:[=+@]|-(?![\d.][-\d.e %\u2026]*$))/i;
+// A minus of print makes a number a text in other programs.
+const plain = (text) => text.trim().replace(/\s+/g, " ").replaceAll("\u2212", "-");
+const csvCell = (text) => quoted(plain(text).replace(FORMULA, "'$&"));
 const csv = (table) => [...table.rows].map((row) => (
-  [...row.cells].map(({ textContent }) => quoted(textContent.trim().replace(/\s+/g, " "))).join(","))).join("\n");
+  [...row.cells].map(({ textContent }) => csvCell(textContent)).join(","))).join("\n");
 
 async function copy(text) {
   if (navigator.clipboard) {
