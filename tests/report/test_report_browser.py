@@ -139,6 +139,17 @@ def test_points_beside_the_curve_are_the_near_ones(page: Page, results: Campaign
     assert page.locator("#chart circle").count() == 0
 
 
+def test_shear_stress_beyond_the_limit_has_a_sentence_of_its_own(page: Page) -> None:
+    page.evaluate("oilfilm.OILS.forEach((oil) => { oil.limit = 0.001; })")
+    choose(page, U=30)
+    warning = page.inner_text("#outside")
+    assert "Outside the tested conditions" not in warning
+    assert f"no film carries so much shear stress over pressure: {OILS[0]}" in warning
+    choose(page, U=170)
+    assert "Outside the tested conditions" in page.inner_text("#outside")
+    assert "no film carries" in page.inner_text("#outside")
+
+
 def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     assert page.locator("#outside").is_hidden()
     choose(page, U=170)
