@@ -4,6 +4,7 @@ import re
 import sys
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,8 @@ from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import HEATS
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
+from oilfilm.cli.predict import _lines_of_warnings
+from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.soundness import finished_fits
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.physics.contact import max_hertz_pressure
@@ -68,6 +71,21 @@ def test_prediction_has_its_interval(results: Path, capsys: pytest.CaptureFixtur
     assert "95% interval of the next good run 0.010" in output
     assert "simulated data" in output
     assert "OUTSIDE" not in output
+
+
+@pytest.mark.parametrize(
+    ("temperature_c", "slip", "outside"),
+    [(-20.0, 0.05, {"inlet_temperature_c"}), (20.0, -0.05, set()), (20.0, -0.5, {SLIP})],
+)
+def test_only_the_slip_counts_by_its_size_for_the_tested_box(
+    temperature_c: float, slip: float, outside: set[str]
+) -> None:
+    law = SimpleNamespace(conditions=("inlet_temperature_c",))
+    box = np.array([[10.0, 40.0], [0.01, 0.1]])
+    fitted_law: Any = SimpleNamespace(law=law, widened_box=box)
+    row = {"over_limit": False, "spacings": 0.0, "distance": 0.0}
+    lines = list(_lines_of_warnings(fitted_law, [temperature_c, slip], row))
+    assert {line.split(": ")[1].split()[0] for line in lines} == outside
 
 
 @needs_study
@@ -314,6 +332,8 @@ def test_plan_lists_the_runs_that_a_campaign_lacks(
     # the names of the demonstration are in the order of pressure
     assert "order of pressure" in text
     assert "friction torque" not in text
+    assert plan(results, "--for", "campaign", "--count", "3") == 2
+    assert "--count: " in capsys.readouterr().err
 
 
 def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixture[str]) -> None:
@@ -322,8 +342,12 @@ def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixtur
     text = capsys.readouterr().out
     # a matrix of 72 conditions, and a reference run before every fifth of them
     assert "4102: 87 runs to make next on ball-on-disc-20mm" in text
-    assert main([*arguments, "--for", "torque"]) == 2
-    assert "no results" in capsys.readouterr().err
+    bearing_options = (["--bearing", "harris-218"], ["--duty", "20kN,5000rpm,100degC"])
+    for options in (["--for", "torque"], ["--count", "3"], *bearing_options):
+        assert main([*arguments, *options]) == 2
+        refusal = capsys.readouterr().err
+        assert options[0] in refusal
+        assert "no results" in refusal
 
 
 @pytest.mark.parametrize(

@@ -1,12 +1,14 @@
 """Digests change with what they stand for, and with nothing else."""
 
 import ast
+import shutil
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 from campaigns import ROOT
-from oilfilm.base import digests
+from oilfilm.base import digests, studies
 
 SCRIPTS = ROOT / "workflow/scripts"
 
@@ -17,6 +19,73 @@ def files_behind(script: str) -> set[str]:
 
 def test_digest_follows_imports_to_the_formulas() -> None:
     assert {"film", "contact", "run_gates", "failed_gates"} <= files_behind("points.py")
+
+
+# A formula of each module of settings and tables that computes, and a script that uses it.
+FORMULAS = {
+    "settings/campaign.py": ("return 2 * logged_ratio", "return 3 * logged_ratio", "points.py"),
+    "settings/ranges.py": (".scaled(factor)", ".scaled(2 * factor)", "torque.py"),
+    "settings/resolved.py": ("if len(contacts) == 1", "if contacts", "fit.py"),
+    "settings/rig.py": ("return rq_um * M_PER_UM", "return 2 * rq_um * M_PER_UM", "points.py"),
+    "tables/failed_gates.py": ("<= {gate_name}", "< {gate_name}", "points.py"),
+    "tables/samples_content.py": ("row_count += ", "row_count -= ", "release.py"),
+    "tables/set_points.py": ("pressure_pa / PA_PER_GPA", "pressure_pa", "collect.py"),
+    "tables/sorted_rows.py": ('["run_id", "first_row"]', '["first_row", "run_id"]', "collect.py"),
+}
+
+
+@pytest.fixture
+def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
+    """A copy of the library behind the scripts, which a test may change."""
+    packages = tmp_path / "workflow"
+    shutil.copytree(ROOT / "workflow/oilfilm", packages / "oilfilm")
+    monkeypatch.setattr(studies, "PACKAGES", packages)
+    for cached in (digests._module_files, digests._code):
+        cached.cache_clear()
+    yield packages / "oilfilm"
+    for cached in (digests._module_files, digests._code):
+        cached.cache_clear()
+
+
+def digest_of_changed_code(file: Path, old: str, new: str, script: str) -> tuple[str, str]:
+    """Digest of a script before and after a text in a module behind it is replaced."""
+    digest_before = digests.code_digest(SCRIPTS / script)
+    text = file.read_text(encoding="utf-8")
+    assert old in text
+    file.write_text(text.replace(old, new, 1), encoding="utf-8")
+    digests._code.cache_clear()
+    return digest_before, digests.code_digest(SCRIPTS / script)
+
+
+@pytest.mark.parametrize("module", FORMULAS)
+def test_changed_formula_in_settings_or_tables_reruns_the_rules_that_use_it(
+    library: Path, module: str
+) -> None:
+    old, new, script = FORMULAS[module]
+    before, after = digest_of_changed_code(library / module, old, new, script)
+    assert before != after
+
+
+@pytest.mark.parametrize(
+    ("module", "old", "new"),
+    [
+        ("settings/campaign.py", '"What it is."', '"The title."'),
+        ("settings/campaign.py", '"Slip steps.", ge=2', '"Steps of slip.", ge=3'),
+        ("settings/rig.py", '"Radius of the ball."', '"Of the ball."'),
+        ("settings/config.py", "drag_coefficient: float", "drag: float"),
+    ],
+)
+def test_meaning_and_limits_of_a_key_rerun_no_rule(
+    library: Path, module: str, old: str, new: str
+) -> None:
+    before, after = digest_of_changed_code(library / module, old, new, "points.py")
+    assert before == after
+
+
+def test_default_of_a_key_reruns_the_rules(library: Path) -> None:
+    old, new = 'default="rolling_phases"', 'default="standstill"'
+    before, after = digest_of_changed_code(library / "settings/campaign.py", old, new, "points.py")
+    assert before != after
 
 
 @pytest.mark.parametrize(

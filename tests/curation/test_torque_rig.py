@@ -94,3 +94,9 @@ def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
     runs, refused = measured([("a", formats.WRITERS[name](values, units, {"oil": "4050"}))], own)
     assert refused.empty
     np.testing.assert_allclose(runs["torque_n_m"], expected["torque_n_m"], rtol=1e-9)
+
+
+def test_refused_torque_run_is_listed_with_its_oil(config):
+    plateaus, refused = measured([("short.csv", text(signals()[:100]))], config)
+    assert plateaus.empty
+    assert set(refused["oil"]) == {"4050"}

@@ -73,3 +73,19 @@ def test_address_that_leads_nowhere_ends_in_a_sentence_without_a_key(
     assert "AWS_ACCESS_KEY_ID" in printed
     assert SECRET not in printed
     assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.parametrize("name", ["../../beside.txt", "tables/../../../beside.txt", "/x.txt"])
+def test_path_that_leads_out_of_the_folder_is_refused_and_nothing_is_written(
+    storage: Storage, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    whole = storage.files("releases/laboratory/")
+    keys = [f"outward/{path}" for path in (*whole, name)]
+    storage.put(dict(zip(keys, [*whole.values(), b"x"], strict=True)))
+    folder = tmp_path / "one/two/fetched"
+    assert main(["fetch", "s3://lab/outward", str(folder)]) == 2
+    printed = capsys.readouterr().err
+    assert name in printed
+    assert "leads out" in printed
+    assert [path for path in tmp_path.rglob("*") if path.is_file()] == []
+    storage.client.delete_object(Bucket="lab", Key=keys[-1])

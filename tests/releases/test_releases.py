@@ -15,7 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from campaigns import ROOT, without
+from campaigns import LABORATORY, ROOT, without
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.releases import release as making
@@ -356,6 +356,24 @@ def test_pin_is_verified(release: Path, tmp_path: Path, capsys: pytest.CaptureFi
     assert verify(folder)[0].startswith("config.yaml: differs")
     with pytest.raises(OilfilmError, match="is a pin already"):
         pin(folder, tmp_path)
+
+
+@pytest.mark.parametrize("path", ["tables/runs.parquet", "summary.txt", "config.yaml"])
+def test_pin_without_a_file_that_pins_keep_is_no_reference(
+    release: Path, tmp_path: Path, path: str, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = pin(release, tmp_path)
+    (folder / path).unlink()
+    assert main(["verify", str(folder)]) == 1
+    assert f"{path}: is missing" in capsys.readouterr().out
+    configuration = ["--config", str(LABORATORY)]
+    assert main(["diff", str(folder), str(release), "--gate", *configuration]) == 2
+    assert f"{path}: is missing" in capsys.readouterr().err
+
+
+def test_pins_of_the_repository_are_whole() -> None:
+    for folder in (ROOT / "data/reference/pins").iterdir():
+        assert verify(folder) == [], folder.name
 
 
 def test_pin_does_not_change_the_version_of_what_it_pins(run: making.FinishedRun) -> None:

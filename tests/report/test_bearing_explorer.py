@@ -12,7 +12,7 @@ import pytest
 
 from browsers import Page, Tab
 from campaigns import rows
-from oilfilm.report.bearing_explorer import bearing_explorer_data
+from oilfilm.report.bearing_explorer import _slider, bearing_explorer_data
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import find_best_oil
@@ -50,6 +50,22 @@ def planted(
         "lambda_ratio": film,
         "best_share": np.full(load.shape, (0.5, 0.3, 0.2)[number]),
     }
+
+
+@pytest.mark.parametrize(
+    ("levels", "ends_and_start"),
+    [
+        ([72.5], (72.5, 72.5, 72.5)),  # one level that is no round number
+        ([72.3, 72.7], (72.7, 72.7, 72.7)),  # no round number between
+        ([60.4, 72.6, 99.6], (61.0, 99.0, 73.0)),
+        ([70.6, 99.6], (71.0, 99.0, 99.0)),  # the start would be beyond the end
+    ],
+)
+def test_slider_starts_between_its_ends(
+    levels: list[float], ends_and_start: tuple[float, float, float]
+) -> None:
+    slider = _slider("temperature", {"temperature": levels}, {"temperature": levels})
+    assert (slider["low"], slider["high"], slider["start"]) == ends_and_start
 
 
 def planted_map(

@@ -82,6 +82,10 @@ def test_torque_logs_need_accepted_runs_of_their_own(config: Settings) -> None:
     assert lacking(kept, {"file": "a", "run_id": "a"}) == []
     of_y = ["oil y: 0 of 1 torque runs accepted, expected at least 1"]
     assert lacking([*kept, {**b, "accepted": False}], {"file": "b.xlsx"}) == of_y
+    # a refused run of an oil leaves no plateau and counts for its oil
+    of_z = [{"file": name, "run_id": name, "oil": "z"} for name in ("e", "f", "f")]
+    assert lacking(kept, *of_z) == ["oil z: 0 of 2 torque runs accepted, expected at least 1"]
+    assert lacking(kept, {"file": "g", "run_id": "g", "oil": "x"}, {"file": "h"}) == []
     # refused runs leave no plateau
     refused = {"file": "c", "run_id": "c"}, {"file": "d"}
     assert lacking([], *refused) == ["0 of 2 torque runs accepted, expected at least 1"]

@@ -139,6 +139,17 @@ def test_points_beside_the_curve_are_the_near_ones(page: Page, results: Campaign
     assert page.locator("#chart circle").count() == 0
 
 
+def test_shear_stress_beyond_the_limit_has_a_sentence_of_its_own(page: Page) -> None:
+    page.evaluate("oilfilm.OILS.forEach((oil) => { oil.limit = 0.001; })")
+    choose(page, U=30)
+    warning = page.inner_text("#outside")
+    assert "Outside the tested conditions" not in warning
+    assert f"no film carries so much shear stress over pressure: {OILS[0]}" in warning
+    choose(page, U=170)
+    assert "Outside the tested conditions" in page.inner_text("#outside")
+    assert "no film carries" in page.inner_text("#outside")
+
+
 def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     assert page.locator("#outside").is_hidden()
     choose(page, U=170)
@@ -219,7 +230,29 @@ def test_a_table_is_copied_as_csv(page: Page) -> None:
     rows = list(csv.reader(io.StringIO(page.evaluate("globalThis.copied"))))
     assert len(rows) == table.locator("tr").count()
     first = table.locator("tbody tr").first.locator("th, td").all_text_contents()
-    assert rows[1] == [" ".join(cell.split()) for cell in first]
+    assert rows[1] == [" ".join(cell.split()).replace("\u2212", "-") for cell in first]
+
+
+@pytest.mark.parametrize(
+    ("shown", "copied"),
+    [
+        ("\u22120.0532", "-0.0532"),
+        ("\u22121.5e\u22127", "-1.5e-7"),
+        ("\u22120.05 \u2026 0.01", "-0.05 \u2026 0.01"),
+        ("=1+1.csv", "'=1+1.csv"),
+        ("-1+cmd|' /C calc'!A0", "'-1+cmd|' /C calc'!A0"),
+        ("\u2212SUM(A1)", "'-SUM(A1)"),
+        ("@x", "'@x"),
+        ("+1", "'+1"),
+        ("a-b, c", "a-b, c"),
+    ],
+)
+def test_copied_numbers_are_numbers_and_names_are_no_formulas(
+    page: Page, shown: str, copied: str
+) -> None:
+    code = "(text) => { const table = document.createElement('table'); "
+    code += "table.insertRow().insertCell().textContent = text; return oilfilm.csv(table); }"
+    assert next(csv.reader(io.StringIO(page.evaluate(code, shown)))) == [copied]
 
 
 def test_the_report_is_printed_on_one_page(page: Page, tmp_path: Path) -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.logs.run_sheet import UNLISTED
 from oilfilm.report.document import Fact, _shown_tables, facts, percent_form
@@ -99,6 +100,20 @@ def test_bearing_section_says_that_the_momentum_of_feed_oil_is_missing(
         assert "has no uncertainty" not in told(section)
 
 
+@pytest.mark.parametrize(
+    ("bistable", "has_errors", "lacks_refits"),
+    [(True, False, False), (False, True, False), (False, False, True)],
+)
+def test_refits_are_said_to_lack_only_where_they_do(
+    results: CampaignTables, config: Settings, bistable: bool, has_errors: bool, lacks_refits: bool
+) -> None:
+    torque = results.torque.assign(converged=True, bistable=bistable, verdict="not known")
+    error = 0.1 if has_errors else np.nan
+    coefficients = results.coefficients.assign(standard_error=error)
+    changed = results.replace(torque=torque, coefficients=coefficients)
+    assert ("has no refits" in told(by_anchor(changed, config)["bearing"])) == lacks_refits
+
+
 def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     results: CampaignTables, config: Settings
 ) -> None:
@@ -138,3 +153,17 @@ def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
     case = {"name": forged, "gate": "drift", "count": 1, "reason": "it drifts", "advice": "Wait"}
     (fact,) = facts("report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet")
     assert fact == Fact("a.csv + Everything is certified: drift. It drifts.", "Wait.")
+
+
+def test_every_setting_that_a_sentence_names_exists(config: Settings) -> None:
+    packages = ROOT / "workflow"
+    texts = [path.read_text("utf-8") for path in packages.glob("*/report/sections/*.jinja")]
+    texts += [path.read_text("utf-8") for path in packages.glob("*/reference/*.yaml")]
+    groups = vars(config).keys() | {"audit"}
+    # `(fit.oil, fit.law)` are variables of a template
+    names = set(re.findall(r"[( ]([a-z_]+\.[a-z_]+)[)\n]", "".join(texts)))
+    named_settings = {name for name in names if name.partition(".")[0] in groups}
+    assert "fit.min_curves_for_errors" in named_settings
+    for name in named_settings:
+        group, _, key = name.partition(".")
+        assert hasattr(getattr(config, group, None), key), name

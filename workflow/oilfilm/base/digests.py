@@ -20,14 +20,19 @@ import yaml
 from oilfilm.base import studies
 
 # Names of modules that compute no number of a table, so that a change of them reruns no rule:
-# - settings: their values are in the params of the rules;
-# - messages, the command line and the code around a job;
+# - declarations of keys: the values of settings are in the params of the rules. The modules of
+#   settings that compute with these values do count;
+# - messages, what refuses an oil, the command line and the code around a job;
 # - reading and writing of tables, also in the module `tables` of a study: the declarations of a
-#   rule's tables have their own digest. `tables.failed_gates` does compute columns;
+#   rule's tables have their own digest. The modules of tables that compute rows or columns do
+#   count;
 # - the list of laws: a rule names the laws that it fits.
 _MODULES_WITHOUT_NUMBERS = re.compile(
-    r"oilfilm(\.(cli|run|settings|base\.(atomic_write|digests|errors|home))(\..*)?"
-    r"|\.tables(\.(?!failed_gates).*)?|\.traction\.laws)?|\w+\.tables"
+    r"oilfilm(\.(cli|run|base\.(atomic_write|digests|errors|home))(\..*)?"
+    r"|\.physics\.plausible_oil"
+    r"|\.settings(\.(?!(campaign|ranges|resolved|rig)\b).*)?"
+    r"|\.tables(\.(?!(failed_gates|samples_content|set_points|sorted_rows)\b).*)?"
+    r"|\.traction\.laws)?|\w+\.tables"
 )
 
 
@@ -168,12 +173,15 @@ def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: li
 
     The words are the types of the node and of the nodes below it, the names of their fields and
     the constants in them, in the order of the source. Empty fields are left out, because newer
-    versions of Python have more of them. Docstrings and the messages of errors are left out, too.
+    versions of Python have more of them. Docstrings and the messages of errors are left out, too,
+    and so are the meaning and the limits of a key of settings.
     """
     if isinstance(node, ast.Import | ast.ImportFrom):
         module_names += _imported_names(node, package)
     elif isinstance(node, ast.Raise) and isinstance(node.exc, ast.Call):
         node.exc = node.exc.func
+    elif isinstance(node, ast.AnnAssign) and isinstance(node.value, ast.Call):
+        _keep_default_only(node.value)
     syntax_words.append(type(node).__name__)
     for field_name in node._fields:
         field_value = getattr(node, field_name, None)
@@ -202,6 +210,13 @@ def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: li
 
 
 _NODES_WITH_DOCSTRING = (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)
+
+
+def _keep_default_only(call: ast.Call) -> None:
+    """Leave of a call that declares a key of settings its default; no other part is a value."""
+    if isinstance(call.func, ast.Name) and call.func.id in ("key", "optional"):
+        call.args = []
+        call.keywords = [keyword for keyword in call.keywords if keyword.arg == "default"]
 
 
 def _imported_names(statement: ast.Import | ast.ImportFrom, package: str) -> Iterator[str]:

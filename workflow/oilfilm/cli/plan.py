@@ -78,7 +78,9 @@ def run(options: argparse.Namespace) -> int:
     settings = resolve(settings_folder, {"campaign": footer["campaign"]})
     results = CampaignTables.in_folder(results_folder)
     texts, reasons = _plans_of_runs(options, results, settings, str(results_folder))
-    if options.target != _CAMPAIGN_TARGET:
+    if options.target == _CAMPAIGN_TARGET:
+        _refuse_options_of_tests(options, "--for campaign plans no tests")
+    else:
         request = _requested_plan(options, settings, settings_folder)
         more_texts, more_reasons = _plans_of_tests(
             options, results, settings, request, str(results_folder)
@@ -143,6 +145,7 @@ def _print_first_plan(options: argparse.Namespace, settings: Settings) -> int:
             f"--for {options.target}: needs a fit, and the campaign {campaign_name} has no results "
             "yet. Leave out --for: then the first runs are planned."
         )
+    _refuse_options_of_tests(options, f"the campaign {campaign_name} has no results yet")
     message_start = f"config/campaigns/{campaign_name}.yaml: no oil"
     oil_names = _chosen_oils(options, list(settings.oils), message_start)
     texts = []
@@ -152,6 +155,24 @@ def _print_first_plan(options: argparse.Namespace, settings: Settings) -> int:
     print("\n\n".join(texts))
     print(f"from campaign {campaign_name}, which has no results yet")
     return 0
+
+
+def _refuse_options_of_tests(options: argparse.Namespace, why_no_tests: str) -> None:
+    """Refuse options of tests where none is planned.
+
+    Args:
+        options: The typed options.
+        why_no_tests: The reason, for the message.
+
+    Raises:
+        OilfilmError: There is such an option.
+    """
+    for option in ("bearing", "duty", "count"):
+        if getattr(options, option) is not None:
+            raise OilfilmError(
+                f"--{option}: is for tests that are planned with a fit, and {why_no_tests}. Leave "
+                f"out --{option}: then the runs to make next are planned."
+            )
 
 
 def _chosen_oils(

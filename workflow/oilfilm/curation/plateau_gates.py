@@ -337,7 +337,7 @@ def quarantine_rows(
         rig_class: The class of the kind of rig.
     """
     columns_of_run: dict[Any, dict[Any, Any]] = runs.set_index("run_id")[
-        ["campaign", "file"]
+        ["campaign", "file", "oil"]
     ].to_dict("index")
     rows: list[dict[str, Any]] = []
     for refusal in refusals:

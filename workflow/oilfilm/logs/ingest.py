@@ -196,8 +196,9 @@ def ingest_logs(
                 runs_of_oil[run.oil_name].append(run)
             else:
                 keep_run(run)
-        quarantine_rows += _quarantine_rows(reading.refusals, file, settings)
-    quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, settings)
+        oil_of_run = {run.run_id: run.oil_name for run in reading.runs}
+        quarantine_rows += _quarantine_rows(reading.refusals, file, oil_of_run, settings)
+    quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, {}, settings)
     return Ingested(
         samples_of_oil={
             oil_name: _table_of_samples(runs) for oil_name, runs in runs_of_oil.items()
@@ -209,11 +210,14 @@ def ingest_logs(
 
 
 def _quarantine_rows(
-    refusals: Iterable[base.Refusal], file: str, settings: Settings
+    refusals: Iterable[base.Refusal], file: str, oil_of_run: Mapping[str, str], settings: Settings
 ) -> list[dict[str, Any]]:
     """Rows of the table of quarantine for the refusals of a file."""
     file_columns = {"campaign": settings.campaign.name, "file": file, "stage": "ingest"}
-    return [file_columns | asdict(refusal) for refusal in refusals]
+    return [
+        file_columns | {"oil": oil_of_run.get(refusal.run_id, "")} | asdict(refusal)
+        for refusal in refusals
+    ]
 
 
 @contextmanager

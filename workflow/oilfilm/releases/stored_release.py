@@ -29,6 +29,7 @@ from oilfilm.releases.manifest import (
     FileRecord,
     Manifest,
     checksums,
+    is_inside,
     read_manifest,
 )
 from oilfilm.releases.tree import PINS, copy_file
@@ -95,7 +96,8 @@ class StoredRelease:
         """A sentence for each file that differs from the manifest, is missing or is extra.
 
         `SHA256SUMS` must be there and name every file. A folder with the name of a release must
-        have the name of this one. For a pin, only the files that it keeps are checked.
+        have the name of this one. A pin must hold the files that each pin keeps; of the others,
+        those that are there are checked.
         """
         files_present = set(files_below(self.folder))
         sentences = [
@@ -104,7 +106,9 @@ class StoredRelease:
         ]
         if self.is_pin:
             expected_records = [
-                record for path, record in self.record_by_path.items() if path in files_present
+                record
+                for path, record in self.record_by_path.items()
+                if path in files_present or path in _PINNED_FILES
             ]
         else:
             # the file that `sha256sum -c` reads and that a signature covers
@@ -202,9 +206,11 @@ class StoredRelease:
     def _table_file(self, name: str) -> Path | None:
         """The checked file of a table; None as for `read_table`."""
         path = f"tables/{name}.parquet"
-        if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
-            return None
-        return self.checked_file(path)
+        return self.checked_file(path) if self._holds(path) else None
+
+    def _holds(self, path: str) -> bool:
+        """Whether the folder must hold a file: the release has it, and a pin keeps such files."""
+        return path in self.record_by_path and (not self.is_pin or path in _PINNED_FILES)
 
     def read_lines(self, path: str) -> list[str] | None:
         """The lines of a text; None where the release has none, or the pin does not keep it.
@@ -212,7 +218,7 @@ class StoredRelease:
         Raises:
             OilfilmError: As in `checked_file`, or it is no text.
         """
-        if path not in self.record_by_path or (self.is_pin and not (self.folder / path).exists()):
+        if not self._holds(path):
             return None
         file = self.checked_file(path)
         try:
@@ -279,8 +285,7 @@ def fetch_release(address: str, folder: Path) -> None:
         )
     with atomic_folder(folder) as temporary:
         try:
-            storage, path = fs.FileSystem.from_uri(address.rstrip("/"))
-            fs.copy_files(path, str(temporary), storage, fs.LocalFileSystem())
+            _copy_from_storage(address, temporary)
         except (OSError, arrow.ArrowException) as error:
             raise OilfilmError(
                 f"{address}: cannot be copied ({printable(error)[:300]}). Check the address, "
@@ -293,3 +298,25 @@ def fetch_release(address: str, folder: Path) -> None:
             raise OilfilmError(str(error).replace(str(temporary), address)) from None
         if changes:
             raise OilfilmError(f"{address}: is not as it was released: {changes[0]}")
+
+
+def _copy_from_storage(address: str, folder: Path) -> None:
+    """Copy all files below an address of a storage into a folder, and no file beside it.
+
+    Raises:
+        OilfilmError: A path of the storage leads out of the folder.
+        OSError, arrow.ArrowException: The storage fails.
+    """
+    storage, place = fs.FileSystem.from_uri(address.rstrip("/"))
+    files = storage.get_file_info(fs.FileSelector(place, recursive=True))
+    paths = [file.path.removeprefix(f"{place}/") for file in files if file.is_file]
+    for path in paths:
+        if not is_inside(path):
+            raise OilfilmError(
+                f"{address}: found the path {printable(path)!r}, which leads out of the release; "
+                "expected paths below it. It was altered: fetch a release from another place."
+            )
+    # one by one: a second listing of the storage could have other paths
+    for path in paths:
+        (folder / path).parent.mkdir(parents=True, exist_ok=True)
+        fs.copy_files(f"{place}/{path}", str(folder / path), storage, fs.LocalFileSystem())

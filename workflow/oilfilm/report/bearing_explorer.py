@@ -98,18 +98,18 @@ def _slider(
     """
     _, label, unit = _AXES[name]
     levels = coarse_levels[name]
+    axis = {"name": name, "label": label, "unit": unit}
     span = levels[-1] - levels[0]
     # a step of 1, 10 or 100: the numbers of the sliders are round
     step = 10.0 ** max(0, np.floor(np.log10(span / _STEPS))) if span > 0 else 1.0
-    return {
-        "name": name,
-        "label": label,
-        "unit": unit,
-        "low": float(np.ceil(levels[0] / step) * step),
-        "high": float(np.floor(levels[-1] / step) * step),
-        "step": step,
-        "start": float(np.round(fine_levels[name][len(fine_levels[name]) // 2] / step) * step),
-    }
+    low, high = float(np.ceil(levels[0] / step) * step), float(np.floor(levels[-1] / step) * step)
+    middle = fine_levels[name][len(fine_levels[name]) // 2]
+    if low >= high:
+        # no range between round numbers: the slider stays at the level, which is never rounded
+        level = float(middle)
+        return {**axis, "low": level, "high": level, "step": step, "start": level}
+    start = min(max(float(np.round(middle / step) * step), low), high)
+    return {**axis, "low": low, "high": high, "step": step, "start": start}
 
 
 def _values_of_oils(slip_map: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:

@@ -103,16 +103,19 @@ def _accepted_runs(
     traction_runs = pd.DataFrame(
         {"oil": runs["oil"], "accepted": runs["verdict"] == "accepted"}, index=runs.index
     )
-    yield "runs", _counts(traction_runs, len(names_of_unread_logs(results)))
+    unread_logs = pd.DataFrame(
+        {"oil": "", "accepted": False}, sorted(names_of_unread_logs(results))
+    )
+    yield "runs", _counts(pd.concat([traction_runs, unread_logs]))
     if campaign.torque is not None:
         by_run = results.torque_runs.groupby("run_id")
         torque_runs = by_run.agg(oil=("oil", "first"), accepted=("accepted", "any"))
-        lost_names = _lost_torque_runs(results.torque_quarantine, torque_runs.index)
-        yield "torque runs", _counts(torque_runs, len(lost_names))
+        lost_runs = _lost_torque_runs(results.torque_quarantine, torque_runs.index)
+        yield "torque runs", _counts(pd.concat([torque_runs, lost_runs.assign(accepted=False)]))
 
 
-def _lost_torque_runs(quarantine: pd.DataFrame, run_ids: Iterable[Any]) -> set[str]:
-    """Names of refused torque runs and of unread logs, which have no plateau.
+def _lost_torque_runs(quarantine: pd.DataFrame, run_ids: Iterable[Any]) -> pd.DataFrame:
+    """Refused torque runs and unread logs, which have no plateau: `oil` by their names.
 
     Args:
         quarantine: Table `torque_quarantine`.
@@ -122,17 +125,17 @@ def _lost_torque_runs(quarantine: pd.DataFrame, run_ids: Iterable[Any]) -> set[s
     refused_names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
     names_of_runs = {str(run_id) for run_id in run_ids}
     names_of_their_logs = {run_id.rpartition(":")[0] or run_id for run_id in names_of_runs}
-    return set(refused_names) - names_of_runs - names_of_their_logs
+    is_lost = ~refused_names.isin(names_of_runs | names_of_their_logs)
+    return refused[is_lost].groupby(refused_names[is_lost])[["oil"]].max()
 
 
-def _counts(runs: pd.DataFrame, lost_count: int) -> _RunCountByOil:
+def _counts(runs: pd.DataFrame) -> _RunCountByOil:
     """Counts of all runs, then by oil.
 
     Args:
-        runs: Columns `oil` and `accepted`.
-        lost_count: Number of runs and logs without a row, whose oil is not known.
+        runs: Columns `oil`, which is empty where it is not known, and `accepted`.
     """
-    counts = {_ALL_OILS: _RunCount(int(runs["accepted"].sum()), len(runs) + lost_count)}
+    counts = {_ALL_OILS: _RunCount(int(runs["accepted"].sum()), len(runs))}
     with_known_oil = runs[runs["oil"] != ""]
     for oil, is_accepted in with_known_oil.groupby("oil", sort=False)["accepted"]:
         counts[str(oil)] = _RunCount(int(is_accepted.sum()), len(is_accepted))

@@ -171,7 +171,8 @@ function drawChart() {
 function updateCards() {
   byId("here").textContent = `At ${AXES.flatMap((axis, i) => (axis.idle ? []
     : [`${axis.symbol} ${state.point[i].toFixed(axis.digits)} ${axis.unit}`.trim()])).join(", ")}`;
-  const warnings = [];
+  const outsideOils = [];
+  const overLimitOils = [];
   for (const box of document.getElementsByName("oil")) {
     const oil = OILS[Number(box.value)];
     const { mu, lower, upper, beyond, away, tested, outside } = predict(oil, state.point);
@@ -183,11 +184,14 @@ function updateCards() {
     const reasons = AXES.flatMap(({ symbol, idle }, k) => (beyond[k] ? [`${symbol} ${idle ? shortNumber(tested[k]) : state.point[k]}: tested ${
       oil.box[k].map((end) => shortNumber(onAxis(oil, end, k), 3)).join(" to ")}`] : []));
     if (outside && !away && !reasons.length) reasons.push("not near any tested condition");
-    if (mu > oil.limit) reasons.push(`no film carries more shear stress than ${oil.limit} of the pressure`);
-    if (box.checked && reasons.length) warnings.push(`${oil.name}: ${reasons.join(", ")}`);
+    if (box.checked && reasons.length) outsideOils.push(`${oil.name}: ${reasons.join(", ")}`);
+    if (box.checked && mu > oil.limit) overLimitOils.push(`${oil.name}: more than ${oil.limit}`);
   }
-  byId("outside").hidden = !warnings.length;
-  byId("outside").textContent = `Outside the tested conditions, where the law is a guess: ${warnings.join("; ")}.`;
+  const sentences = [];
+  if (outsideOils.length) sentences.push(`Outside the tested conditions, where the law is a guess: ${outsideOils.join("; ")}.`);
+  if (overLimitOils.length) sentences.push(`\u03bc is impossible, because no film carries so much shear stress over pressure: ${overLimitOils.join("; ")}.`);
+  byId("outside").hidden = !sentences.length;
+  byId("outside").textContent = sentences.join(" ");
 }
 
 function update() {
@@ -258,8 +262,13 @@ function showRun() {
 // ---------------------------------------------------------------- tables
 
 const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
+// What a spreadsheet would run as a formula; numbers and intervals may begin with a minus. As `csv_text`.
+const FORMULA = /^(?:[=+@]|-(?![\d.][-\d.e %\u2026]*$))/i;
+// A minus of print makes a number a text in other programs.
+const plain = (text) => text.trim().replace(/\s+/g, " ").replaceAll("\u2212", "-");
+const csvCell = (text) => quoted(plain(text).replace(FORMULA, "'$&"));
 const csv = (table) => [...table.rows].map((row) => (
-  [...row.cells].map(({ textContent }) => quoted(textContent.trim().replace(/\s+/g, " "))).join(","))).join("\n");
+  [...row.cells].map(({ textContent }) => csvCell(textContent)).join(","))).join("\n");
 
 async function copy(text) {
   if (navigator.clipboard) {

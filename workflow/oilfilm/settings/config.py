@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, contradiction, key
-from oilfilm.settings.ranges import check_ranges, with_range
+from oilfilm.settings.ranges import check_ranges, uncertain_in_all_bearings
 from oilfilm.traction import LAW_NAMES, LAWS, why_compared_only
 
 
@@ -434,8 +434,7 @@ class BearingSettings(Group):
 
     def uncertain(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs that are settings of all bearings."""
-        key_names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
-        return {key_name: with_range(self, key_name) for key_name in key_names}
+        return uncertain_in_all_bearings(self)
 
 
 class DutyPoint(Group):

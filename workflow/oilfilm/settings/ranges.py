@@ -21,6 +21,17 @@ def with_range(group: Group, key_name: str, factor: float = 1.0) -> UncertainInp
     return UncertainInput(getattr(group, key_name), low, high).scaled(factor)
 
 
+def uncertain_in_all_bearings(bearing_settings: Group) -> dict[str, UncertainInput]:
+    """Value and range of the uncertain inputs that are settings of all bearings.
+
+    Args:
+        bearing_settings: The group `bearing` of the settings. A change of the module of its keys
+            reruns no rule, so that its inputs are made here.
+    """
+    key_names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
+    return {key_name: with_range(bearing_settings, key_name) for key_name in key_names}
+
+
 def check_ranges(group: Group, *key_path: str) -> None:
     """Refuse values outside their ranges.
 

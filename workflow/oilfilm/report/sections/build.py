@@ -502,7 +502,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         undecided=undecided_plateaus(converged),
         bistable_points=bistable_points_text(converged),
         why_lost=_reasons_lost(torque[~torque["converged"]]),
-        has_uncertainty=converged.empty or with_one_motion["torque_n_m_uncertainty"].notna().any(),
+        lacks_refits=_lacks_refits(with_one_motion, results.configured.coefficients),
         lacks_momentum=converged["momentum_torque_n_m"].isna().any(),
         control=_truths_by_verdict(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
@@ -517,6 +517,18 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     shares = show_table(_shares_in_words(results.variance_shares), "variance_shares")
     shown_tables = [answers, shares, _error_table(with_one_motion), refusals_table]
     return Section("bearing", "Bearing", facts_on_bearing, shown_tables)
+
+
+def _lacks_refits(torque: pd.DataFrame, coefficients: pd.DataFrame) -> bool:
+    """Whether no torque has an uncertainty because the laws of its oils have no refits.
+
+    Args:
+        torque: Rows of the table `torque`.
+        coefficients: Constants of the configured laws; without refits they have no errors.
+    """
+    errors = coefficients.loc[coefficients["oil"].isin(torque["oil"]), "standard_error"]
+    is_known = torque["verdict"] != "not known"
+    return len(torque) > 0 and not is_known.any() and bool(errors.isna().all())
 
 
 def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
