@@ -397,6 +397,34 @@ def test_header_set_point_may_have_a_unit(line: str, text: str, key: str, expect
     assert named_keys({key: keys[key], line: text}, config).keys() == {key}
 
 
+@pytest.mark.parametrize(
+    ("line", "text", "decimal_mark", "sentence"),
+    [
+        ("load [N]", "1,250", ".", "load_n: '1,250 N'; expected 1250 or 1.25 (in N), without a"),
+        ("load", "1.250 N", ",", "load_n: '1.250 N'; expected 1250 or 1.25 (in N), without a"),
+        ("entrainment_speed [mm/s]", "30,000", ".", "expected 30000 or 30 (in mm/s), without a"),
+    ],
+)
+def test_set_point_that_may_be_either_of_two_numbers_refuses_the_log(
+    line: str, text: str, decimal_mark: str, sentence: str
+) -> None:
+    rows = ROWS if decimal_mark == "," else pointed()
+    _, reading = read_log(
+        log(above=f"# oil: 4102\n# {line}: {text}", rows=rows).encode(), "log", CONFIG
+    )
+    (refusal,) = [refusal for refusal in reading.refusals if refusal.rule == "header"]
+    assert sentence in refusal.reason
+
+
+def test_set_point_with_the_decimal_mark_of_the_log_is_read() -> None:
+    _, reading = read_log(log(above="# oil: 4102\n# load [N]: 1,250").encode(), "log", CONFIG)
+    assert reading.runs[0].set_points["load_n"] == 1.25
+    _, reading = read_log(
+        log(above="# oil: 4102\n# load [N]: 1.250", rows=pointed()).encode(), "log", CONFIG
+    )
+    assert reading.runs[0].set_points["load_n"] == 1.25
+
+
 @pytest.mark.parametrize("line", ["load [stone]: 3", "load_n: 80 banana", "load_kn: much"])
 def test_set_point_in_an_impossible_unit_is_refused(line: str) -> None:
     log = f"# oil: 4102\n# {line}\n".encode() + bad_logs.ROWS

@@ -104,7 +104,9 @@ def _read_run(
     """
     form, kind = context.form, context.kind
     encoding_in_words = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
-    labels = context.sheet.labels(context.file, table.run_name, table.keys, context.settings)
+    labels = context.sheet.labels(
+        context.file, table.run_name, table.keys, context.settings, table.decimal_mark
+    )
     try:
         run, refusals = _read_table(table, labels, first_row_number, form, context.settings, kind)
         tables_of_set_points = _tables_of_set_points(table, run, first_row_number, kind)

@@ -165,6 +165,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         show_row=text_table.row_text,
         read_texts=text_table.texts,
         notes=notes,
+        decimal_mark=decimal_mark,
     )
     return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
 

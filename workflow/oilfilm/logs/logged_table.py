@@ -53,6 +53,7 @@ class LoggedTable:
         row_indices: Index of each row among the rows of the table that the format found, shape
             (rows,); None where it is the whole table.
         notes: What the user should know of how the table was read, in sentences.
+        decimal_mark: Decimal mark of its numbers as text.
     """
 
     keys: Mapping[str, str]
@@ -73,6 +74,7 @@ class LoggedTable:
     is_contradictory: BoolArray | None = None
     row_indices: IndexArray | None = None
     notes: tuple[str, ...] = ()
+    decimal_mark: str = "."
 
     def row_numbers(self, first_row_number: int) -> IndexArray:
         """Number of each row in its file.

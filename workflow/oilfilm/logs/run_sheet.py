@@ -131,7 +131,12 @@ class RunSheet:
         return [row for row in rows if not row.run or matches(run_name, row.run)]
 
     def labels(
-        self, file: str, run_name: str, text_of_logged_key: Mapping[str, str], settings: Settings
+        self,
+        file: str,
+        run_name: str,
+        text_of_logged_key: Mapping[str, str],
+        settings: Settings,
+        decimal_mark: str = ".",
     ) -> Labels:
         """What header and run sheet say of one run of a log.
 
@@ -140,9 +145,10 @@ class RunSheet:
             run_name: As for `rows_of_run`.
             text_of_logged_key: Key of the log, as `plain_key` makes it -> text of the header line.
             settings: Settings of the campaign.
+            decimal_mark: Decimal mark of the log.
         """
         run_id = f"{file}:{run_name}" if run_name else file
-        project_keys = named_keys(text_of_logged_key, settings)
+        project_keys = named_keys(text_of_logged_key, settings, decimal_mark)
         text_of_header_key = header_keys(project_keys, settings)
         rows = self.rows_of_run(file, run_name)
         text_of_sheet_key: dict[str, str] = {}
