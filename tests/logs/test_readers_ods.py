@@ -79,8 +79,19 @@ def test_types_of_values() -> None:
         ),
     ) == [
         "slip [%]\tslip [1]\tstart\tduration",
-        "5\t0.05\t2026-03-01 10:15:00.250\t3601.5\tb\ta word",
+        "5\t0.05\t2026-03-01 10:15:00.250\t1:00:01.500000\tb\ta word",
     ]
+
+
+def test_time_of_day_passes_midnight_within_one_run(read) -> None:
+    seconds = [(86_395 + index) % 86_400 for index in range(30)]
+    rows = [
+        row(cell(f"PT{s // 3600}H{s // 60 % 60}M{s % 60}S", kind="time", name="time-value"), *rest)
+        for s, rest in zip(seconds, [list(map(cell, values[1:])) for values in ROWS], strict=True)
+    ]
+    above = row(cell("Oil"), cell("4102")) + row(*map(cell, ["Time [min]", *NAMES[1:]]))
+    (run,) = read(spreadsheet(document(Log=above + "".join(rows)))).runs
+    np.testing.assert_allclose(run.samples["time_s"], np.arange(30))
 
 
 HOSTILE = {

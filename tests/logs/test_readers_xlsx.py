@@ -80,6 +80,15 @@ def test_instants_of_a_sheet_are_seconds(read) -> None:
     np.testing.assert_allclose(run.samples["time_s"], np.arange(30) / 4, atol=1e-9)
 
 
+@pytest.mark.parametrize("name", ["Time [min]", "Time [s]", "Time"])
+def test_durations_of_a_sheet_say_their_unit_themselves(read, name: str) -> None:
+    # the sheet shows 24:59:55 and so on: openpyxl writes durations so
+    times = [datetime.timedelta(hours=25, seconds=row / 4 - 5) for row in range(30)]
+    rows = [[duration, *row[1:]] for duration, row in zip(times, ROWS, strict=True)]
+    (run,) = read(book(Log=[["Oil", "4102"], [name, *NAMES[1:]], *rows])).runs
+    np.testing.assert_allclose(run.samples["time_s"], np.arange(30) / 4, atol=1e-9)
+
+
 @pytest.mark.parametrize(("unit", "shown"), [("%", True), ("1", True), ("%", False), ("1", False)])
 def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> None:
     names = ["time (s)", "load (N)", "traction_force (N)", "entrainment_speed (m/s)"]

@@ -157,7 +157,7 @@ def text_of_lines(lines: Sequence[str]) -> bytes:
 
 
 def _text(value: Any) -> str:
-    """The text of a value: numbers with all digits, instants by ISO 8601."""
+    """The text of a value: numbers with all digits, instants by ISO 8601, durations as h:mm:ss."""
     if value is None:
         return ""
     if isinstance(value, datetime.datetime):
@@ -165,7 +165,9 @@ def _text(value: Any) -> str:
         rounded = value + datetime.timedelta(microseconds=500)
         return rounded.isoformat(sep=" ", timespec="milliseconds")
     if isinstance(value, datetime.timedelta):
-        return repr(value.total_seconds())
+        # with colons, because the unit in the name of its column need not be seconds
+        hours, rest = divmod(value, datetime.timedelta(hours=1))
+        return f"{hours}:{str(rest).removeprefix('0:')}"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return f"{value:.0f}" if float(value).is_integer() else repr(value)
     return " ".join(str(value).split())
