@@ -107,6 +107,20 @@ def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> Non
     np.testing.assert_allclose(slip / 10, [0.05])
 
 
+@pytest.mark.parametrize("number_format", ['0.0"%"', r"0.0\%", "0.0_%", '0.0" % of mean"'])
+def test_percent_sign_in_a_text_of_the_format_changes_no_number(read, number_format: str) -> None:
+    names = [*NAMES[:3], "entrainment_speed (m/s)", "slide_roll_ratio (%)", NAMES[5]]
+    made = openpyxl.Workbook()
+    for cells in (["Oil", "4102"], names, [0.0, 20, 1, 10, 5, 60]):
+        made.active.append(cells)
+    made.active["E3"].number_format = number_format
+    buffer = io.BytesIO()
+    made.save(buffer)
+    (run,) = read(buffer.getvalue()).runs
+    slip = run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]
+    np.testing.assert_allclose(slip / 10, [0.05])
+
+
 # ---------------------------------------------------------------- hostile workbooks
 
 _MAIN = "http://schemas.openxmlformats.org/spreadsheetml/2006/main"

@@ -8,9 +8,11 @@ Decides: how large a workbook may be, and how its cells are read.
 
 import datetime
 import io
+import re
 import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, suppress
+from functools import lru_cache
 from typing import IO, Any
 from xml.parsers import expat
 
@@ -29,6 +31,9 @@ LAST_ROW = 1_048_576
 # Cells with the empty ones in front of the last of each row: all of them are made.
 MOST_CELLS = 10_000_000
 _CHUNK_BYTES = 1 << 20
+# Texts in quotes, a letter behind a backslash or behind the marks for gaps and filling, and colours
+# and languages in square brackets.
+_TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
 
 
 def recognises(head: bytes) -> bool:
@@ -105,7 +110,9 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             lines: list[str] = []
             columns_in_percent: set[int] = set()
             for row in sheet.iter_rows():
-                cells = [(cell.value, "%" in (cell.number_format or "")) for cell in row]
+                cells = [
+                    (cell.value, "%" in _marks_of_format(cell.number_format or "")) for cell in row
+                ]
                 line = line_of_cells(cells, columns_in_percent)
                 if line:
                     lines.append(line)
@@ -115,6 +122,17 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             if lines:
                 texts.append((sheet.title, text_of_lines(lines)))
     return texts
+
+
+@lru_cache(maxsize=1024)
+def _marks_of_format(number_format: str) -> str:
+    r"""A number format without the texts in it: a percent sign in a text multiplies no number.
+
+    Examples:
+        >>> [_marks_of_format(text) for text in ('0.0%', '0.0"%"', r'0.0\%', '[Red]0.0%')]
+        ['0.0%', '0.0', '0.0', '0.0%']
+    """
+    return _TEXTS_OF_FORMAT.sub("", number_format)
 
 
 def check_letter_count(letter_count: int) -> None:
