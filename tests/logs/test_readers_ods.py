@@ -83,6 +83,22 @@ def test_types_of_values() -> None:
     ]
 
 
+def test_day_that_is_shown_without_hours_is_a_date() -> None:
+    shown = "<text:p>{}</text:p>"
+    typed = (
+        '<table:table-cell office:value-type="date" office:date-value="{}">{}</table:table-cell>'
+    )
+    day, midnight = "2026-03-01", "2026-03-01T00:00:00"
+    assert lines_of(
+        row(
+            typed.format(day, shown.format("01.03.26")),
+            typed.format(midnight, shown.format("01.03.26")),
+            typed.format(day, shown.format("01.03.26 00:00:00")),
+            typed.format(midnight, ""),
+        )
+    ) == ["2026-03-01\t2026-03-01\t2026-03-01 00:00:00.000\t2026-03-01 00:00:00.000"]
+
+
 def test_time_of_day_passes_midnight_within_one_run(read) -> None:
     seconds = [(86_395 + index) % 86_400 for index in range(30)]
     rows = [

@@ -110,9 +110,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             lines: list[str] = []
             columns_in_percent: set[int] = set()
             for row in sheet.iter_rows():
-                cells = [
-                    (cell.value, "%" in _marks_of_format(cell.number_format or "")) for cell in row
-                ]
+                cells = [_value_and_percent(cell.value, cell.number_format or "") for cell in row]
                 line = line_of_cells(cells, columns_in_percent)
                 if line:
                     lines.append(line)
@@ -124,6 +122,22 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     return texts
 
 
+def _value_and_percent(value: Any, number_format: str) -> tuple[Any, bool]:
+    """The value of a cell, and whether the sheet shows it in percent.
+
+    A day that is shown without hours is a date alone: the time of day is in another column.
+    """
+    marks = _marks_of_format(number_format)
+    if isinstance(value, datetime.datetime) and "d" in marks and "h" not in marks:
+        return day_alone(value), False
+    return value, "%" in marks
+
+
+def day_alone(instant: datetime.datetime) -> datetime.datetime | datetime.date:
+    """An instant at midnight as a date; any other as it is."""
+    return instant if instant.time() != datetime.time() else instant.date()
+
+
 @lru_cache(maxsize=1024)
 def _marks_of_format(number_format: str) -> str:
     r"""A number format without the texts in it: a percent sign in a text multiplies no number.
@@ -132,7 +146,7 @@ def _marks_of_format(number_format: str) -> str:
         >>> [_marks_of_format(text) for text in ('0.0%', '0.0"%"', r'0.0\%', '[Red]0.0%')]
         ['0.0%', '0.0', '0.0', '0.0%']
     """
-    return _TEXTS_OF_FORMAT.sub("", number_format)
+    return _TEXTS_OF_FORMAT.sub("", number_format).lower()
 
 
 def check_letter_count(letter_count: int) -> None:
