@@ -130,6 +130,10 @@ REFUSED = {
         log(rows=[[*ROWS[0][:4], "7.160", "70,0"], ROWS[1]]),
         "reads '0,00;82,3;0,05;28650,12;7.160;70,0'",
     ),
+    "a decimal point among marks between thousands": (
+        log(rows=[["0,00", "1.250,50", "0.052", *ROWS[0][3:]], ["0,50", "1.250,50", *ROWS[1][2:]]]),
+        "reads '0,00;1.250,50;0.052;28650,12;7160,00;70,0'",
+    ),
     "text below the rows": (log(below="End of test"), "reads 'End of test'"),
     "row above the names": (
         log(above="# oil: 4102\n" + ";".join(ROWS[0])),

@@ -37,8 +37,10 @@ _SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
 _BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
 _BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
-# A number in groups of thousands, with a decimal mark behind them.
-_GROUPED_NUMBER = re.compile(r"[-+]?\d{1,3}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+# A number in groups of thousands, with a decimal mark behind them. None begins with 0.
+_GROUPED_NUMBER = re.compile(
+    r"[-+]?[1-9]\d{0,2}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+"
+)
 _LONGEST_UNIT = 8
 # Limits where blanks separate the columns: words of a name, columns of a log.
 _MOST_WORDS_OF_NAME = 5
