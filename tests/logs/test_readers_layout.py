@@ -147,6 +147,10 @@ REFUSED = {
         log([*NAMES, "Load"], [*UNITS, "N"], [[*row, "82"] for row in ROWS]),
         "'load' and 'Load' are both the quantity 'load'",
     ),
+    "hours or minutes": (
+        log(rows=timed("10:15", "10:16")),
+        "holds '10:15', which may be hours and minutes or minutes and seconds; expected all three",
+    ),
     "month or day": (
         log(rows=timed("03/01/2026 10:15:00", "03/01/2026 10:15:01")),
         "holds '03/01/2026 10:15:00'; expected",

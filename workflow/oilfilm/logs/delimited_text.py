@@ -36,6 +36,7 @@ _COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
 _SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
 _BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
 _BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+_HOURS_OR_MINUTES = re.compile(r"\d+:\d+")
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them. None begins with 0.
 _GROUPED_NUMBER = re.compile(
@@ -619,6 +620,12 @@ def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
         dates = [cell for cell in column if text_rows.is_date(cell.strip('" '))]
         if len(dates) > len(cells) / 2:
             return time_index, index
+    for cell in stamps:
+        if _HOURS_OR_MINUTES.fullmatch(cell):
+            raise ValueError(
+                f"the column {head.names[time_index][:60]!r} holds {cell[:40]!r}, which may be "
+                "hours and minutes or minutes and seconds; expected all three, as '00:10:15'"
+            )
     return (time_index,)
 
 
