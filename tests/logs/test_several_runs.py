@@ -256,6 +256,19 @@ def test_column_that_is_there_twice_is_used_once() -> None:
     assert "hold different numbers" in read(different).refusals[0].reason
 
 
+def test_column_that_is_there_in_two_units_is_used_once() -> None:
+    lines = with_decimals().splitlines()
+    start = next(index for index, line in enumerate(lines) if not line.startswith("#"))
+    loads = [line.split(",")[1] for line in lines[start + 1 :]]
+    in_gf = ["Load [gf]", *(f"{1000 * float(load):.12g}" for load in loads)]
+    twice = [f"{line},{cell}" for line, cell in zip(lines[start:], in_gf, strict=True)]
+    reading = read("\n".join([*lines[:start], *twice]) + "\n")
+    assert len(reading.runs[0]) == ROWS
+    assert "same numbers" in reading.refusals[0].reason
+    other = "\n".join([*lines[:start], *twice[:-1], twice[-1] + "1"]) + "\n"
+    assert "hold different numbers" in read(other).refusals[0].reason
+
+
 def test_parquet_columns_of_one_name_and_different_numbers_are_refused() -> None:
     table = formats.table(VALUES)
     field = table.schema.field("load")
