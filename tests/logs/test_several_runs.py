@@ -256,6 +256,25 @@ def test_column_that_is_there_twice_is_used_once() -> None:
     assert "hold different numbers" in read(different).refusals[0].reason
 
 
+@pytest.mark.parametrize(
+    ("row_counts", "run_count"), [((4, 2, 4), 3), ((4, 1, 4), 3), ((1, 1, 1, 1), 1), ((2, 2), 1)]
+)
+def test_short_run_of_settled_readings_is_a_run(
+    row_counts: tuple[int, ...], run_count: int
+) -> None:
+    """A column that counts the readings names no runs."""
+    names = "Run,load_n,traction_coefficient,entrainment_speed_m_s,slide_roll_ratio"
+    log = f"# oil: 4102\n# log_kind: steps\n{names},inlet_temperature_c\n"
+    for number, row_count in enumerate(row_counts):
+        log += "".join(
+            f"R{number},50.0,{0.01 * row},2.0,{0.01 * row},{40 + 30 * number}\n"
+            for row in range(row_count)
+        )
+    assert len({run.run_id.partition(" ")[0] for run in read(log).runs if "R" in run.run_id}) == (
+        run_count if run_count > 1 else 0
+    )
+
+
 def test_column_that_is_there_in_two_units_is_used_once() -> None:
     lines = with_decimals().splitlines()
     start = next(index for index, line in enumerate(lines) if not line.startswith("#"))
