@@ -298,6 +298,25 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
 
 
 @pytest.mark.parametrize(
+    "name",
+    [
+        *("p [bar]", "max pressure [bar]", "Max COF", "static friction coefficient"),
+        *("Peak friction force [N]", "Max load [N]", "Zero load [N]", "load offset [N]"),
+        *(
+            "load drift [N]",
+            "\u0394 load [N]",
+            "Contact time [s]",
+            "Cycle time [s]",
+            "delay time [s]",
+        ),
+    ],
+)
+def test_name_of_what_may_be_no_reading_is_asked(name: str) -> None:
+    meaning = meaning_of(name)
+    assert meaning is None or meaning.question
+
+
+@pytest.mark.parametrize(
     ("temperatures_c", "level_c"), [((-20.0, -20.1), -20.0), ((-5.0, 5.0), np.nan)]
 )
 def test_level_of_a_cold_inlet_keeps_its_sign(
