@@ -108,6 +108,16 @@ def reason(content: bytes, settings: Settings = CONFIG) -> tuple[str, str]:
     return first["rule"], first["reason"]
 
 
+@pytest.mark.parametrize("name", ["load_n", "load [N]"])
+def test_unit_below_a_name_that_states_another_is_refused(name: str) -> None:
+    names = bad_logs.NAMES.decode().replace("load [N]", name)
+    units = ",".join(["s", "kN", "N", "rpm", "rpm", "degC"])
+    rows = bad_logs.ROWS.partition(b"\n")[2]
+    rule, sentence = reason(bad_logs.HEAD + f"{names}\n{units}\n".encode() + rows)
+    assert rule == "columns"
+    assert f"{name!r} is in 'N' by its name and in 'kN' by the unit beside or below" in sentence
+
+
 @pytest.mark.parametrize(
     ("logged", "given", "contradicts"),
     [("N", "lbf", True), ("N", "N", False), ("N", "newton", False), ("", "lbf", False)],

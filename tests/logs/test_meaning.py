@@ -26,6 +26,7 @@ from oilfilm.logs.meaning import (
     meaning_of,
     stated_unit,
 )
+from oilfilm.logs.sniff import sniff
 
 CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
 # Meaning -> its names.
@@ -294,3 +295,39 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
     points = read_mu_table(table, StatedByUser(stated_meanings(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        *("p [bar]", "max pressure [bar]", "Max COF", "static friction coefficient"),
+        *("Peak friction force [N]", "Max load [N]", "Zero load [N]", "load offset [N]"),
+        *(
+            "load drift [N]",
+            "\u0394 load [N]",
+            "Contact time [s]",
+            "Cycle time [s]",
+            "delay time [s]",
+        ),
+    ],
+)
+def test_name_of_what_may_be_no_reading_is_asked(name: str) -> None:
+    meaning = meaning_of(name)
+    assert meaning is None or meaning.question
+
+
+@pytest.mark.parametrize(
+    ("temperatures_c", "level_c"), [((-20.0, -20.1), -20.0), ((-5.0, 5.0), np.nan)]
+)
+def test_level_of_a_cold_inlet_keeps_its_sign(
+    temperatures_c: tuple[float, float], level_c: float
+) -> None:
+    log = (
+        "time [s];load [N];traction force [N];ball speed [m/s];disc speed [m/s];oil inlet [degC]\n"
+    )
+    log += "".join(
+        f"{row * 0.02:.2f};80.1;1.0;10.0;10.1;{temperatures_c[row % 2]}\n" for row in range(101)
+    )
+    sniffed = sniff("a.csv", log.encode(), lambda *_: "")
+    level = sniffed.runs[0].measured_levels["inlet_temperature_c"]
+    np.testing.assert_allclose(level, level_c, atol=0.051)

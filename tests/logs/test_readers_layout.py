@@ -148,6 +148,10 @@ REFUSED = {
         log(rows=[[*ROWS[0][:4], "7.160", "70,0"], ROWS[1]]),
         "reads '0,00;82,3;0,05;28650,12;7.160;70,0'",
     ),
+    "a decimal point among marks between thousands": (
+        log(rows=[["0,00", "1.250,50", "0.052", *ROWS[0][3:]], ["0,50", "1.250,50", *ROWS[1][2:]]]),
+        "reads '0,00;1.250,50;0.052;28650,12;7160,00;70,0'",
+    ),
     "text below the rows": (log(below="End of test"), "reads 'End of test'"),
     "row above the names": (
         log(above="# oil: 4102\n" + ";".join(ROWS[0])),
@@ -160,6 +164,10 @@ REFUSED = {
     "two columns of one name": (
         log([*NAMES, "Load"], [*UNITS, "N"], [[*row, "82"] for row in ROWS]),
         "'load' and 'Load' are both the quantity 'load'",
+    ),
+    "hours or minutes": (
+        log(rows=timed("10:15", "10:16")),
+        "holds '10:15', which may be hours and minutes or minutes and seconds; expected all three",
     ),
     "month or day": (
         log(rows=timed("03/01/2026 10:15:00", "03/01/2026 10:15:01")),
@@ -413,6 +421,34 @@ def test_header_set_point_may_have_a_unit(line: str, text: str, key: str, expect
     assert float(keys[key]) == pytest.approx(expected, rel=1e-11)
     # two lines that agree are one
     assert named_keys({key: keys[key], line: text}, config).keys() == {key}
+
+
+@pytest.mark.parametrize(
+    ("line", "text", "decimal_mark", "sentence"),
+    [
+        ("load [N]", "1,250", ".", "load_n: '1,250 N'; expected 1250 or 1.25 (in N), without a"),
+        ("load", "1.250 N", ",", "load_n: '1.250 N'; expected 1250 or 1.25 (in N), without a"),
+        ("entrainment_speed [mm/s]", "30,000", ".", "expected 30000 or 30 (in mm/s), without a"),
+    ],
+)
+def test_set_point_that_may_be_either_of_two_numbers_refuses_the_log(
+    line: str, text: str, decimal_mark: str, sentence: str
+) -> None:
+    rows = ROWS if decimal_mark == "," else pointed()
+    _, reading = read_log(
+        log(above=f"# oil: 4102\n# {line}: {text}", rows=rows).encode(), "log", CONFIG
+    )
+    (refusal,) = [refusal for refusal in reading.refusals if refusal.rule == "header"]
+    assert sentence in refusal.reason
+
+
+def test_set_point_with_the_decimal_mark_of_the_log_is_read() -> None:
+    _, reading = read_log(log(above="# oil: 4102\n# load [N]: 1,250").encode(), "log", CONFIG)
+    assert reading.runs[0].set_points["load_n"] == 1.25
+    _, reading = read_log(
+        log(above="# oil: 4102\n# load [N]: 1.250", rows=pointed()).encode(), "log", CONFIG
+    )
+    assert reading.runs[0].set_points["load_n"] == 1.25
 
 
 @pytest.mark.parametrize("line", ["load [stone]: 3", "load_n: 80 banana", "load_kn: much"])

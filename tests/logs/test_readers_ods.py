@@ -79,8 +79,35 @@ def test_types_of_values() -> None:
         ),
     ) == [
         "slip [%]\tslip [1]\tstart\tduration",
-        "5\t0.05\t2026-03-01 10:15:00.250\t3601.5\tb\ta word",
+        "5\t0.05\t2026-03-01 10:15:00.250\t1:00:01.500000\tb\ta word",
     ]
+
+
+def test_day_that_is_shown_without_hours_is_a_date() -> None:
+    shown = "<text:p>{}</text:p>"
+    typed = (
+        '<table:table-cell office:value-type="date" office:date-value="{}">{}</table:table-cell>'
+    )
+    day, midnight = "2026-03-01", "2026-03-01T00:00:00"
+    assert lines_of(
+        row(
+            typed.format(day, shown.format("01.03.26")),
+            typed.format(midnight, shown.format("01.03.26")),
+            typed.format(day, shown.format("01.03.26 00:00:00")),
+            typed.format(midnight, ""),
+        )
+    ) == ["2026-03-01\t2026-03-01\t2026-03-01 00:00:00.000\t2026-03-01 00:00:00.000"]
+
+
+def test_time_of_day_passes_midnight_within_one_run(read) -> None:
+    seconds = [(86_395 + index) % 86_400 for index in range(30)]
+    rows = [
+        row(cell(f"PT{s // 3600}H{s // 60 % 60}M{s % 60}S", kind="time", name="time-value"), *rest)
+        for s, rest in zip(seconds, [list(map(cell, values[1:])) for values in ROWS], strict=True)
+    ]
+    above = row(cell("Oil"), cell("4102")) + row(*map(cell, ["Time [min]", *NAMES[1:]]))
+    (run,) = read(spreadsheet(document(Log=above + "".join(rows)))).runs
+    np.testing.assert_allclose(run.samples["time_s"], np.arange(30))
 
 
 HOSTILE = {

@@ -80,6 +80,41 @@ def test_instants_of_a_sheet_are_seconds(read) -> None:
     np.testing.assert_allclose(run.samples["time_s"], np.arange(30) / 4, atol=1e-9)
 
 
+def test_date_in_a_column_of_its_own_counts(read) -> None:
+    """Ten rows on the first of March, twenty on the third, which begin at midnight."""
+    made = openpyxl.Workbook()
+    made.active.append(["Oil", "4102"])
+    made.active.append(["Date", "time", *NAMES[1:]])
+    for index, values in enumerate(ROWS):
+        second = index + 1 if index < 10 else index - 10
+        day = datetime.datetime(2026, 3, 1 if index < 10 else 3)
+        made.active.append([day, datetime.time(0, 0, second), *values[1:]])
+        made.active.cell(made.active.max_row, 1).number_format = 'd\\.m\\.yyyy" (Thursday)"'
+    buffer = io.BytesIO()
+    made.save(buffer)
+    (run,) = read(buffer.getvalue()).runs
+    two_days_s = 2 * 86_400 - 1
+    expected = [*range(10), *range(two_days_s, two_days_s + 20)]
+    np.testing.assert_allclose(run.samples["time_s"], expected)
+
+
+def test_instant_at_midnight_keeps_its_time_of_day(read) -> None:
+    midnight = datetime.datetime(2026, 3, 1)
+    times = [midnight + datetime.timedelta(seconds=index - 5) for index in range(30)]
+    rows = [[instant, *values[1:]] for instant, values in zip(times, ROWS, strict=True)]
+    (run,) = read(book(Log=[["Oil", "4102"], ["time", *NAMES[1:]], *rows])).runs
+    np.testing.assert_allclose(run.samples["time_s"], np.arange(30))
+
+
+@pytest.mark.parametrize("name", ["Time [min]", "Time [s]", "Time"])
+def test_durations_of_a_sheet_say_their_unit_themselves(read, name: str) -> None:
+    # the sheet shows 24:59:55 and so on: openpyxl writes durations so
+    times = [datetime.timedelta(hours=25, seconds=row / 4 - 5) for row in range(30)]
+    rows = [[duration, *row[1:]] for duration, row in zip(times, ROWS, strict=True)]
+    (run,) = read(book(Log=[["Oil", "4102"], [name, *NAMES[1:]], *rows])).runs
+    np.testing.assert_allclose(run.samples["time_s"], np.arange(30) / 4, atol=1e-9)
+
+
 @pytest.mark.parametrize(("unit", "shown"), [("%", True), ("1", True), ("%", False), ("1", False)])
 def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> None:
     names = ["time (s)", "load (N)", "traction_force (N)", "entrainment_speed (m/s)"]
@@ -91,6 +126,20 @@ def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> Non
     made.active.append([0.0, 20, 1, 10, 0.05 if shown or unit == "1" else 5, 60])
     if shown:
         made.active["E3"].number_format = "0.0%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    (run,) = read(buffer.getvalue()).runs
+    slip = run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]
+    np.testing.assert_allclose(slip / 10, [0.05])
+
+
+@pytest.mark.parametrize("number_format", ['0.0"%"', r"0.0\%", "0.0_%", '0.0" % of mean"'])
+def test_percent_sign_in_a_text_of_the_format_changes_no_number(read, number_format: str) -> None:
+    names = [*NAMES[:3], "entrainment_speed (m/s)", "slide_roll_ratio (%)", NAMES[5]]
+    made = openpyxl.Workbook()
+    for cells in (["Oil", "4102"], names, [0.0, 20, 1, 10, 5, 60]):
+        made.active.append(cells)
+    made.active["E3"].number_format = number_format
     buffer = io.BytesIO()
     made.save(buffer)
     (run,) = read(buffer.getvalue()).runs

@@ -369,6 +369,43 @@ def test_mistake_in_the_sheet_is_named_with_its_place(text: str | bytes, sentenc
     assert all(line.startswith("runs.csv") for line in str(error.value).splitlines())
 
 
+@pytest.mark.parametrize(
+    ("text", "sentence"),
+    [
+        # nothing in the sheet says which mark is the decimal one
+        ("file;load [N]\na.csv;1.250\n", "found '1.250', expected 1250 or 1.25 (in N), without"),
+        ("file;load [N]\na.csv;1,250\n", "found '1,250', expected 1250 or 1.25 (in N), without"),
+        ('file,load_n\na.csv,"1,250"\n', "found '1,250', expected 1250 or 1.25 (in N), without"),
+        ("file;u [mm/s];T\na.csv;30.000;70,5\n", "expected 30000 or 30 (in mm/s), without a mark"),
+    ],
+)
+def test_set_point_that_may_be_either_of_two_numbers_is_refused(text: str, sentence: str) -> None:
+    names = {"entrainment_speed_m_s": "u", "inlet_temperature_c": "T"}
+    with pytest.raises(OilfilmError) as error:
+        sheet(text, settings=CONFIG.with_changes({"campaign": {"header": names}}))
+    assert sentence in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "set_point", "expected"),
+    [
+        ("file,load_n\na.csv,1.250\n", "load_n", "1.25"),
+        # another cell has a decimal comma, or point
+        ("file;load_n;inlet_temperature_c\na.csv;1,250;70,5\n", "load_n", "1.25"),
+        ("file;load_n;inlet_temperature_c\na.csv;1.250;70.5\n", "load_n", "1.25"),
+        # no contact bears 1250 GPa, no oil is at 70000 degC, no disc runs at 2500 m/s
+        ("file;max_hertz_pressure_gpa\na.csv;1,250\n", "max_hertz_pressure_gpa", "1.25"),
+        ("file;inlet_temperature_c\na.csv;70.000\n", "inlet_temperature_c", "70"),
+        ("file;entrainment_speed_m_s\na.csv;2,500\n", "entrainment_speed_m_s", "2.5"),
+    ],
+)
+def test_set_point_with_three_decimals_is_read_where_only_that_is_possible(
+    text: str, set_point: str, expected: str
+) -> None:
+    (row_of_sheet,) = sheet(text).rows_of_log["a.csv"]
+    assert row_of_sheet.keys[set_point] == expected
+
+
 def test_all_mistakes_are_named_at_once() -> None:
     with pytest.raises(OilfilmError) as error:
         sheet("file,oil,load_n\na.csv,water,80\na.csv,4102,much\n" + ",4102,80\n" * 28)

@@ -321,6 +321,38 @@ def test_column_that_is_there_twice_is_used_once() -> None:
     assert "hold different numbers" in read(different).refusals[0].reason
 
 
+@pytest.mark.parametrize(
+    ("row_counts", "run_count"), [((4, 2, 4), 3), ((4, 1, 4), 3), ((1, 1, 1, 1), 1), ((2, 2), 1)]
+)
+def test_short_run_of_settled_readings_is_a_run(
+    row_counts: tuple[int, ...], run_count: int
+) -> None:
+    """A column that counts the readings names no runs."""
+    names = "Run,load_n,traction_coefficient,entrainment_speed_m_s,slide_roll_ratio"
+    log = f"# oil: 4102\n# log_kind: steps\n{names},inlet_temperature_c\n"
+    for number, row_count in enumerate(row_counts):
+        log += "".join(
+            f"R{number},50.0,{0.01 * row},2.0,{0.01 * row},{40 + 30 * number}\n"
+            for row in range(row_count)
+        )
+    assert len({run.run_id.partition(" ")[0] for run in read(log).runs if "R" in run.run_id}) == (
+        run_count if run_count > 1 else 0
+    )
+
+
+def test_column_that_is_there_in_two_units_is_used_once() -> None:
+    lines = with_decimals().splitlines()
+    start = next(index for index, line in enumerate(lines) if not line.startswith("#"))
+    loads = [line.split(",")[1] for line in lines[start + 1 :]]
+    in_gf = ["Load [gf]", *(f"{1000 * float(load):.12g}" for load in loads)]
+    twice = [f"{line},{cell}" for line, cell in zip(lines[start:], in_gf, strict=True)]
+    reading = read("\n".join([*lines[:start], *twice]) + "\n")
+    assert len(reading.runs[0]) == ROWS
+    assert "same numbers" in reading.refusals[0].reason
+    other = "\n".join([*lines[:start], *twice[:-1], twice[-1] + "1"]) + "\n"
+    assert "hold different numbers" in read(other).refusals[0].reason
+
+
 def test_parquet_columns_of_one_name_and_different_numbers_are_refused() -> None:
     table = formats.table(VALUES)
     field = table.schema.field("load")

@@ -287,12 +287,17 @@ def parse_set_point(set_point_key: str, text: str) -> float | None:
 
     None where the text is no number, or where the number is out of the range of the set point.
     """
-    least, most = _set_point_range(set_point_key)
     try:
         value = parse_decimal(text)
     except ValueError:
         return None
-    return value if least < value < most else None
+    return value if is_set_point(set_point_key, value) else None
+
+
+def is_set_point(set_point_key: str, value: float) -> bool:
+    """Whether a number is in the range of a set point, in its unit."""
+    least, most = _set_point_range(set_point_key)
+    return least < value < most
 
 
 def expected_set_point(set_point_key: str) -> str:

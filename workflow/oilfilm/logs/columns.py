@@ -14,7 +14,13 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.errors import printable
-from oilfilm.base.units import ABSOLUTE_ZERO_C, BoolArray, FloatArray, IndexArray
+from oilfilm.base.units import (
+    ABSOLUTE_ZERO_C,
+    BoolArray,
+    FloatArray,
+    IndexArray,
+    possible_conversion,
+)
 from oilfilm.logs import base
 from oilfilm.logs.clocks import with_time
 from oilfilm.logs.log_kind import LoggedColumn, LogKind, UsableLog, Vocabulary
@@ -104,7 +110,9 @@ def _read_run(
     """
     form, kind = context.form, context.kind
     encoding_in_words = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
-    labels = context.sheet.labels(context.file, table.sheet_names, table.keys, context.settings)
+    labels = context.sheet.labels(
+        context.file, table.sheet_names, table.keys, context.settings, table.decimal_mark
+    )
     try:
         run, refusals = _read_table(table, labels, first_row_number, form, context.settings, kind)
         tables_of_set_points = _tables_of_set_points(table, run, first_row_number, kind)
@@ -209,12 +217,17 @@ def _read_table(
     return kind.make_run(log, settings), refusals
 
 
+# Two numbers that differ by less are one number in two units.
+_ROUNDING_OF_CONVERSION = 1e-9
+
+
 def _names_without_twins(
     table: LoggedTable, vocabulary: Vocabulary
 ) -> tuple[list[str], LoggedTable]:
     """The names of the columns, empty for a twin of an earlier column, and the table with notes.
 
-    A column is a twin of an earlier one where both have the same quantity and the same numbers.
+    A column is a twin of an earlier one where both have the same quantity and the same numbers, in
+    one unit: a load of 80 N and one of 0.08 kN are twins.
     """
     names = list(table.names)
     if table.columns:
@@ -224,12 +237,31 @@ def _names_without_twins(
     meanings = vocabulary.meanings(table.names, table.units)
     for index, (quantity, unit) in meanings.items():
         first_index = first_index_of_quantity.setdefault(quantity, index)
-        if first_index == index or unit != meanings[first_index][1]:
+        if first_index == index:
+            continue
+        target_units = vocabulary.quantities[quantity]
+        first_conversion = possible_conversion(meanings[first_index].unit, target_units)
+        twin_conversion = possible_conversion(unit, target_units)
+        has_same_unit = unit == meanings[first_index].unit
+        if not has_same_unit and (
+            first_conversion is None
+            or twin_conversion is None
+            or first_conversion.unit != twin_conversion.unit
+        ):
             continue
         numbers, twin_numbers = table.read_values([first_index, index])
         if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
             continue
-        if np.array_equal(numbers, twin_numbers, equal_nan=True):
+        is_twin = np.array_equal(numbers, twin_numbers, equal_nan=True)
+        if not has_same_unit and first_conversion and twin_conversion:
+            is_twin = numbers.shape == twin_numbers.shape and np.allclose(
+                first_conversion.convert(numbers),
+                twin_conversion.convert(twin_numbers),
+                rtol=_ROUNDING_OF_CONVERSION,
+                atol=0.0,
+                equal_nan=True,
+            )
+        if is_twin:
             notes.append(
                 f"the columns {names[first_index][:60]!r} and {names[index][:60]!r} hold the same "
                 "numbers; the first of them is used"

@@ -36,9 +36,12 @@ _COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
 _SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
 _BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
 _BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+_HOURS_OR_MINUTES = re.compile(r"\d+:\d+")
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
-# A number in groups of thousands, with a decimal mark behind them.
-_GROUPED_NUMBER = re.compile(r"[-+]?\d{1,3}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+")
+# A number in groups of thousands, with a decimal mark behind them. None begins with 0.
+_GROUPED_NUMBER = re.compile(
+    r"[-+]?[1-9]\d{0,2}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+"
+)
 _LONGEST_UNIT = 8
 # Limits where blanks separate the columns: words of a name, columns of a log.
 _MOST_WORDS_OF_NAME = 5
@@ -165,6 +168,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         show_row=text_table.row_text,
         read_texts=text_table.texts,
         notes=notes,
+        decimal_mark=decimal_mark,
     )
     return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
 
@@ -646,6 +650,12 @@ def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
         dates = [cell for cell in column if text_rows.is_date(cell.strip('" '))]
         if len(dates) > len(cells) / 2:
             return time_index, index
+    for cell in stamps:
+        if _HOURS_OR_MINUTES.fullmatch(cell):
+            raise ValueError(
+                f"the column {head.names[time_index][:60]!r} holds {cell[:40]!r}, which may be "
+                "hours and minutes or minutes and seconds; expected all three, as '00:10:15'"
+            )
     return (time_index,)
 
 

@@ -11,7 +11,15 @@ from functools import lru_cache
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import Conversion, possible_conversion
-from oilfilm.logs.base import LOAD_KEYS, SET_POINT_UNITS, Refusal, parse_decimal
+from oilfilm.logs.base import (
+    LARGEST_READING,
+    LOAD_KEYS,
+    SET_POINT_UNITS,
+    Refusal,
+    expected_set_point,
+    is_set_point,
+    parse_decimal,
+)
 from oilfilm.settings.resolved import Settings
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
@@ -41,6 +49,10 @@ UNIT_BY_PLAIN_KEY = {
     "degf": "degF",
     "\N{DEGREE SIGN}f": "degF",
 }
+# A number whose mark may be one between thousands, or the decimal mark.
+_NUMBER_WITH_ONE_GROUP = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
+# No test is hotter or faster: a number with a mark between thousands that would be is none.
+_LARGEST_LIKELY_SET_POINT = {"inlet_temperature_c": 1000.0, "entrainment_speed_m_s": 1000.0}
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 # Two words with a larger similarity (ratio of `difflib`) are one word that is misspelt: less than
 # one letter of four is changed.
@@ -77,7 +89,9 @@ def split_unit(name: str) -> tuple[str, str]:
     return name[:opening].rstrip(" \t_"), name[opening + 1 : -1]
 
 
-def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
+def named_keys(
+    logged: Mapping[str, str], settings: Settings, decimal_mark: str = "."
+) -> dict[str, str]:
     """Key of the project -> text, from header lines: set points in its units, the oil by its id.
 
     A line such as `lubricant` names the oil where no line `oil` does. Where it names another oil of
@@ -89,11 +103,12 @@ def named_keys(logged: Mapping[str, str], settings: Settings) -> dict[str, str]:
     Args:
         logged: Key of the log, as `plain_key` makes it -> text of the line.
         settings: Settings with the names of keys under `header` and the aliases of oils.
+        decimal_mark: Decimal mark of the log.
     """
     key_by_name = key_by_listed_name(settings)
     keys: dict[str, str] = {}
     for logged_key, text in logged.items():
-        key, project_text = project_key_and_text(logged_key, text, key_by_name)
+        key, project_text = project_key_and_text(logged_key, text, key_by_name, decimal_mark)
         if key == "oil":
             project_text = oil_id(project_text, settings)
         if keys.get(key, project_text) != project_text:
@@ -140,14 +155,17 @@ def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
 
 
 def project_key_and_text(
-    logged_key: str, text: str, key_by_name: Mapping[str, str]
+    logged_key: str, text: str, key_by_name: Mapping[str, str], decimal_mark: str = "."
 ) -> tuple[str, str]:
     """Key of the project and text of a header line; the number of a set point in the key's unit.
+
+    A number that can be read in two ways keeps its unit, so that it is no set point.
 
     Args:
         logged_key: The key of the log, as `plain_key` makes it.
         text: The text of the line.
         key_by_name: As `key_by_listed_name` gives them.
+        decimal_mark: Decimal mark of the log or sheet; empty where it is not known.
     """
     set_point_key, unit_of_key = _set_point_key_and_unit(logged_key, key_by_name)
     digits, unit_of_text = number_and_unit(text)
@@ -165,9 +183,10 @@ def project_key_and_text(
     except ValueError:
         return set_point_key, text
     conversion = conversion_to_set_point(set_point_key, unit)
-    if conversion is None:
+    is_ambiguous = not decimal_mark or decimal_mark not in digits
+    if conversion is None or (is_ambiguous and _two_readings(set_point_key, digits, conversion)):
         return set_point_key, text if unit_of_text else f"{text} {unit_of_key}"
-    if text == digits and conversion.scale == 1 and conversion.offset == 0:
+    if text == digits and "," not in text and conversion.scale == 1 and conversion.offset == 0:
         return set_point_key, text
     # rounded: the error of a conversion would make two values of 80 N and 0.08 kN
     return set_point_key, f"{conversion.scale * value + conversion.offset:.12g}"
@@ -198,6 +217,45 @@ def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> 
         if bare_key == quantity:
             return set_point_key, unit_in_brackets
     return "", ""
+
+
+def _two_readings(
+    set_point_key: str, digits: str, conversion: Conversion
+) -> tuple[float, float] | None:
+    """A number with its mark between thousands, and with a decimal mark; None where only one fits.
+
+    Args:
+        set_point_key: Key of a set point.
+        digits: The number.
+        conversion: The conversion of its unit to that of the set point.
+    """
+    if not _NUMBER_WITH_ONE_GROUP.fullmatch(digits):
+        return None
+    grouped_number = float(digits.replace(",", "").replace(".", ""))
+    set_point = conversion.scale * grouped_number + conversion.offset
+    largest_likely = _LARGEST_LIKELY_SET_POINT.get(set_point_key, LARGEST_READING)
+    if set_point > largest_likely or not is_set_point(set_point_key, set_point):
+        return None
+    return grouped_number, parse_decimal(digits)
+
+
+def expected_text(set_point_key: str, text: str) -> str:
+    """What is expected in place of a text that gives no set point, for a message.
+
+    Args:
+        set_point_key: Key of the set point.
+        text: The text, as `project_key_and_text` gives it.
+    """
+    digits, unit = number_and_unit(text)
+    conversion = conversion_to_set_point(set_point_key, unit)
+    readings = _two_readings(set_point_key, digits, conversion) if conversion else None
+    if readings is None:
+        return expected_set_point(set_point_key)
+    with_group, with_decimals = readings
+    return (
+        f"{with_group:.12g} or {with_decimals:.12g} (in {unit}), without a mark between thousands: "
+        "it may be either number"
+    )
 
 
 def conversion_to_set_point(set_point_key: str, unit: str) -> Conversion | None:

@@ -293,6 +293,7 @@ class Vocabulary:
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
         unit_by_log = unit_beside_name or split_unit(name)[1] or unit
+        self._refuse_contradictory_units(quantity, name, unit_beside_name)
         conversion_by_log = possible_conversion(unit_by_log, self.quantities[quantity])
         if conversion_by_log not in (None, conversion_used):
             raise ValueError(
@@ -300,6 +301,31 @@ class Vocabulary:
                 f"by `{self.columns_key}` of the campaign file; take out the one that is wrong"
             )
         return LoggedColumn(quantity, index, conversion_used, name, logged_unit=unit)
+
+    def _refuse_contradictory_units(self, quantity: str, name: str, unit_beside_name: str) -> None:
+        """Refuse a column whose name states another unit than the log gives beside the name.
+
+        Raises:
+            ValueError: Both are units of the quantity, and differ.
+        """
+        bare_name, unit_in_brackets = split_unit(name)
+        key = plain_key(bare_name)
+        # the name of a ratio, which is that of its quantity, states no unit
+        _, unit_in_key = self.project_names.get(key, ("", "")) if key != quantity else ("", "")
+        unit_in_name = unit_in_brackets or unit_in_key
+        # time stamps are in seconds whatever their name says
+        if quantity == "time" and unit_beside_name == "s":
+            return
+        conversion_by_name = possible_conversion(unit_in_name, self.quantities[quantity])
+        conversion_beside = possible_conversion(unit_beside_name, self.quantities[quantity])
+        if None not in (conversion_by_name, conversion_beside) and (
+            conversion_by_name != conversion_beside
+        ):
+            raise ValueError(
+                f"the column {name[:60]!r} is in {unit_in_name!r} by its name and in "
+                f"{unit_beside_name!r} by the unit beside or below it; correct the one that is "
+                "wrong"
+            )
 
     def _sentence_on_missing(self, missing_quantities: Sequence[str], names: Sequence[str]) -> str:
         """The sentence about missing quantities, with what a log may have in their place."""

@@ -54,6 +54,7 @@ class LoggedTable:
         row_indices: Index of each row among the rows of the table that the format found, shape
             (rows,); None where it is the whole table.
         notes: What the user should know of how the table was read, in sentences.
+        decimal_mark: Decimal mark of its numbers as text.
     """
 
     keys: Mapping[str, str]
@@ -75,6 +76,7 @@ class LoggedTable:
     is_contradictory: BoolArray | None = None
     row_indices: IndexArray | None = None
     notes: tuple[str, ...] = ()
+    decimal_mark: str = "."
 
     @property
     def sheet_names(self) -> tuple[str, ...]:

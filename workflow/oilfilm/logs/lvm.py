@@ -159,6 +159,7 @@ def _table(
         start_s_of_column=start_s_of_column,
         cut_row_cell_count=cut_row_cells,
         read_texts=text_table.texts,
+        decimal_mark=marks.decimal_mark,
     )
 
 

@@ -339,6 +339,9 @@ def _meaning_of_symbol(symbol: str, unit: str) -> Meaning | None:
     quantity, definition = _QUANTITY_AND_DEFINITION_OF_SYMBOL[symbol]
     if unit and not is_unit_of(unit, quantity):
         return None
+    if quantity == "max_hertz_pressure" and _is_unit_of_supply(unit):
+        question = f"{_PRESSURE_QUESTION}, or another pressure"
+        return Meaning(quantity, unit=unit, question=question, is_symbol=True)
     return Meaning(quantity, definition, unit, is_symbol=True)
 
 
@@ -348,8 +351,16 @@ def _coefficient_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if "cof" in concepts or {"friction", "coefficient"} <= concepts:
         if unit and not _is_convertible(unit, "1"):
             return None
-        return Meaning("traction_coefficient")
+        return Meaning("traction_coefficient", question=_question_on_reading(concepts))
     return None
+
+
+_READING_QUESTION = "it may be a single value of the run, as its largest one, not each reading"
+
+
+def _question_on_reading(concepts: frozenset[str]) -> str:
+    """The question where a name has a word such as peak or offset; else empty."""
+    return _READING_QUESTION if concepts & {"max", "no_reading"} else ""
 
 
 def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
@@ -357,16 +368,17 @@ def _traction_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
         return None
     if "friction" not in concepts:
         return None
+    question = _question_on_reading(concepts)
     if "torque" in concepts or (unit and _is_convertible(unit, "N m")):
-        return Meaning("traction_torque")
+        return Meaning("traction_torque", question=question)
     if unit and _is_convertible(unit, "N"):
-        return Meaning("traction_force")
+        return Meaning("traction_force", question=question)
     if unit and _is_convertible(unit, "1"):
-        return Meaning("traction_coefficient")
+        return Meaning("traction_coefficient", question=question)
     if unit:
         return None
     if "force" in concepts:
-        return Meaning("traction_force")
+        return Meaning("traction_force", question=question)
     question = "it may be the coefficient, the force or the torque"
     return Meaning("traction_coefficient", question=question)
 
@@ -392,13 +404,20 @@ def _temperature_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 _PRESSURE_QUESTION = "it may be the maximum or the mean Hertz pressure"
 
 
+def _is_unit_of_supply(unit: str) -> bool:
+    """Whether pressures of an oil supply have a unit, and those of a contact hardly ever."""
+    return unit.strip().casefold() in ("bar", "mbar", "kpa", "hpa")
+
+
 def _pressure_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     is_pressure = bool(concepts & {"pressure", "stress"}) or "hertz" in concepts
     if not is_pressure or concepts & {"friction", "temperature", "speed", "time"}:
         return None
     if unit and not _is_convertible(unit, "GPa"):
         return None
-    names_contact = bool(concepts & {"hertz", "contact", "max", "mean"})
+    names_contact = bool(concepts & {"hertz", "contact", "stress"})
+    # an oil supply has a largest pressure, too
+    names_contact |= bool(concepts & {"max", "mean"}) and not _is_unit_of_supply(unit)
     if not names_contact or concepts & {"oil", "elsewhere", "inlet"}:
         if concepts & {"oil", "elsewhere", "inlet", "bath"} or "stress" in concepts:
             return None
@@ -467,7 +486,7 @@ def _load_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if unit and not _is_convertible(unit, "N"):
         return None
     if "load" in concepts or {"normal", "force"} <= concepts:
-        return Meaning("load")
+        return Meaning("load", question=_question_on_reading(concepts))
     if "force" in concepts:
         return Meaning("load", question="it may be the load or the traction force")
     return None
@@ -476,6 +495,8 @@ def _load_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
 def _time_rule(concepts: frozenset[str], unit: str) -> Meaning | None:
     if "time" not in concepts or (unit and not _is_convertible(unit, "s")):
         return None
+    if concepts & {"contact", "load", "other_time"}:
+        return Meaning("time", question="it may be another time than that of the reading")
     return Meaning("time")
 
 

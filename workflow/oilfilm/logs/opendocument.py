@@ -22,6 +22,7 @@ from oilfilm.logs.workbook import (
     MOST_CELLS,
     check_letter_count,
     chunks_of,
+    day_alone,
     line_of_cells,
     tables_of_sheets,
     text_of_lines,
@@ -201,7 +202,10 @@ def _value(attributes: dict[str, str], text: str) -> object:
     if value_type in ("float", "percentage", "currency"):
         return float(attributes[_OFFICE + "value"])
     if value_type == "date":
-        return datetime.fromisoformat(attributes[_OFFICE + "date-value"])
+        date_value = attributes[_OFFICE + "date-value"]
+        instant = datetime.fromisoformat(date_value)
+        # a day that is shown without hours is a date alone
+        return instant if ":" in (text or date_value) else day_alone(instant)
     if value_type == "time":
         return pd.Timedelta(attributes[_OFFICE + "time-value"]).to_pytimedelta()
     return text

@@ -141,6 +141,7 @@ class RunSheet:
         run_names: Sequence[str],
         text_of_logged_key: Mapping[str, str],
         settings: Settings,
+        decimal_mark: str = ".",
     ) -> Labels:
         """What header and run sheet say of one run of a log.
 
@@ -149,9 +150,10 @@ class RunSheet:
             run_names: As for `rows_of_run`.
             text_of_logged_key: Key of the log, as `plain_key` makes it -> text of the header line.
             settings: Settings of the campaign.
+            decimal_mark: Decimal mark of the log.
         """
         run_id = f"{file}:{run_names[0]}" if run_names else file
-        project_keys = named_keys(text_of_logged_key, settings)
+        project_keys = named_keys(text_of_logged_key, settings, decimal_mark)
         text_of_header_key = header_keys(project_keys, settings)
         rows = self.rows_of_run(file, run_names)
         text_of_sheet_key: dict[str, str] = {}

@@ -120,7 +120,8 @@ def _label_columns(
         if has_number is None:
             has_number = _has_number(table, meanings)
         label_column = _label_column(label_kind, key, table.read_texts(index), has_number)
-        if _is_naming_runs(label_column) and (
+        is_settled = table.keys.get("log_kind") == base.SETTLED
+        if _is_naming_runs(label_column, is_settled=is_settled) and (
             label_kind != "step" or _is_sweep_in_each_step(table, meanings, label_column)
         ):
             label_columns.append(label_column)
@@ -164,8 +165,14 @@ def _label_column(label_kind: str, key: str, texts: Texts, has_number: BoolArray
     return _LabelColumn(label_kind, key, list(names), name_index_of_row.astype(np.int64))
 
 
-def _is_naming_runs(label_column: _LabelColumn) -> bool:
-    """Whether the texts of a column name runs: no numbers with decimals, no flag, no counter."""
+def _is_naming_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
+    """Whether the texts of a column name runs: no numbers with decimals, no flag, no counter.
+
+    Args:
+        label_column: The column.
+        is_settled: Whether the rows are settled readings: a run may have few of them. Where no run
+            has more, the column counts the readings.
+    """
     if any(_has_decimals(name) for name in label_column.names):
         return False
     if label_column.label_kind in ("oil", "rig"):
@@ -175,7 +182,8 @@ def _is_naming_runs(label_column: _LabelColumn) -> bool:
     # a run is one stretch of rows, and longer than a fault
     starts = np.flatnonzero(np.diff(label_column.name_index_of_row, prepend=-1))
     lengths = np.diff(np.append(starts, len(label_column.name_index_of_row)))
-    return len(starts) == len(label_column.names) and int(lengths.min()) >= _FEWEST_ROWS
+    decisive_length = int(lengths.max() if is_settled else lengths.min())
+    return len(starts) == len(label_column.names) and decisive_length >= _FEWEST_ROWS
 
 
 def _has_decimals(text: str) -> bool:

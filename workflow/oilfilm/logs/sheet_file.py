@@ -10,6 +10,7 @@ Decides: columns, units and mistakes of the run sheet.
 import csv
 import io
 import os
+import re
 import unicodedata
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -21,7 +22,7 @@ from typing import NamedTuple
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, opendocument, run_sheet
-from oilfilm.logs.header import key_by_listed_name, project_key_and_text, split_unit
+from oilfilm.logs.header import expected_text, key_by_listed_name, project_key_and_text, split_unit
 from oilfilm.logs.log_kind import LogKind
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, joined_names, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
@@ -39,6 +40,8 @@ _MIB = 1 << 20
 _LARGEST_SHEET_BYTES = 16 * _MIB
 # The cell with which the unit of a column is tried: 1 is a possible set point in every usual unit.
 _TRIAL_CELL = "1"
+# A number with decimals: the mark in 1.250 might be one between thousands.
+_CERTAIN_DECIMAL = re.compile(r"[-+]?(?![1-9]\d{0,2}[.,]\d{3}$)\d*[.,]\d+")
 _SET_POINT_KEY_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
 
 # Text of each cell of a sheet, row by row.
@@ -107,19 +110,24 @@ class _SheetColumn(NamedTuple):
 
 
 class _SheetBeingRead:
-    """A run sheet while it is read: the keys that it may have, and the mistakes found so far."""
+    """A run sheet while it is read: the keys that it may have, and the mistakes found so far.
+
+    Attributes:
+        decimal_mark: Decimal mark of its numbers; empty where it is not known.
+    """
 
     def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
         self.path = path
         self.settings = settings
         self.keys = (*_COMMON_COLUMNS, *kind.sheet_keys)
         self.mistakes: list[str] = []
+        self.decimal_mark = "."
         key_by_name = key_by_listed_name(settings)
 
         # cached: set points repeat from row to row
         @cache
         def key_and_text_of_cell(header_key: str, text: str) -> tuple[str, str]:
-            return project_key_and_text(header_key, text, key_by_name)
+            return project_key_and_text(header_key, text, key_by_name, self.decimal_mark)
 
         self.key_and_text = key_and_text_of_cell
 
@@ -271,6 +279,12 @@ def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[i
         index: sheet.column(name) for index, name in enumerate(lines[index_of_names]) if name
     }
     _check_columns(column_of_index, lines, f"row {index_of_names + 1}", sheet)
+    # a workbook, or a text with commas between its cells, has decimal points
+    if lines is not readings[0]:
+        set_point_indices = [
+            index for index, column in column_of_index.items() if column.key in base.SET_POINT_KEYS
+        ]
+        sheet.decimal_mark = _decimal_mark(lines[index_of_names + 1 :], set_point_indices)
     numbered_rows: list[tuple[int, SheetRow]] = []
     for row_number, cells in enumerate(lines[index_of_names + 1 :], start=index_of_names + 2):
         if any(cells):
@@ -292,6 +306,18 @@ def _line_of_names(readings: Sequence[Cells], sheet: _SheetBeingRead) -> tuple[C
             if score > best_score:
                 best_lines, best_index, best_score = lines, index, score
     return best_lines, best_index
+
+
+def _decimal_mark(rows: Cells, set_point_indices: Sequence[int]) -> str:
+    """The mark of the numbers that can have no other meaning; empty without one, or with both.
+
+    Args:
+        rows: The rows below the names.
+        set_point_indices: Indices of the columns of set points.
+    """
+    cells = [row[index] for row in rows for index in set_point_indices if index < len(row)]
+    marks = {cell.strip("+-0123456789") for cell in cells if _CERTAIN_DECIMAL.fullmatch(cell)}
+    return marks.pop() if len(marks) == 1 else ""
 
 
 def _check_columns(
@@ -474,10 +500,11 @@ def _value_and_expectation(
     key = column.key
     settings = sheet.settings
     if key in base.SET_POINT_KEYS:
-        set_point = base.parse_set_point(*sheet.key_and_text(column.header_key, text))
+        project_key, converted_text = sheet.key_and_text(column.header_key, text)
+        set_point = base.parse_set_point(project_key, converted_text)
         # 12 digits, as `header.meaning` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"
-        return value, base.expected_set_point(key)
+        return value, expected_text(project_key, converted_text)
     torque = settings.campaign.torque
     allowed_names = {
         "oil": list(settings.oils),

@@ -396,7 +396,10 @@ def _measured_levels(
 
 def _level(set_point_key: str, values: FloatArray) -> float:
     """The median, rounded like a set point, where the signal is held at a level; else NaN."""
-    readings = np.abs(values[np.isfinite(values)])
+    readings = values[np.isfinite(values)]
+    if set_point_key != "inlet_temperature_c":
+        # load and speed have the sign of the rig's direction
+        readings = np.abs(readings)
     if len(readings) == 0:
         return np.nan
     low, median, high = np.quantile(readings, (0.1, 0.5, 0.9))

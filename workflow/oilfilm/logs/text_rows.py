@@ -329,7 +329,10 @@ class TextTable:
         texts = texts.str.replace(_MARK_BETWEEN_THOUSANDS, "", regex=True)
         other_mark = "," if self.decimal_mark == "." else "."
         if self.group_mark:
-            grouped_number = rf"[-+]?\d{{1,3}}(?:\{other_mark}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
+            # 0.052 is no number with a mark between thousands
+            grouped_number = (
+                rf"[-+]?[1-9]\d{{0,2}}(?:\{other_mark}\d{{3}})+(?:\{self.decimal_mark}\d*)?"
+            )
             ungrouped_texts = texts.str.replace(other_mark, "", regex=False)
             texts = texts.where(~texts.str.fullmatch(grouped_number, na=False), ungrouped_texts)
         # the other mark would be a second decimal mark: such a cell is no number

@@ -100,7 +100,7 @@ def _header_problems(
         ):
             reason = (
                 f"the header says {set_point_key}: {keys[set_point_key][:60]!r}; expected "
-                f"{base.expected_set_point(set_point_key)}"
+                f"{header.expected_text(set_point_key, keys[set_point_key])}"
             )
             yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
     yield _missing_rig_values(keys["rig"], columns, settings)

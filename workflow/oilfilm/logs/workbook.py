@@ -8,9 +8,11 @@ Decides: how large a workbook may be, and how its cells are read.
 
 import datetime
 import io
+import re
 import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import closing, suppress
+from functools import lru_cache
 from typing import IO, Any
 from xml.parsers import expat
 
@@ -29,6 +31,9 @@ LAST_ROW = 1_048_576
 # Cells with the empty ones in front of the last of each row: all of them are made.
 MOST_CELLS = 10_000_000
 _CHUNK_BYTES = 1 << 20
+# Texts in quotes, a letter behind a backslash or behind the marks for gaps and filling, and colours
+# and languages in square brackets.
+_TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
 
 
 def recognises(head: bytes) -> bool:
@@ -105,7 +110,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             lines: list[str] = []
             columns_in_percent: set[int] = set()
             for row in sheet.iter_rows():
-                cells = [(cell.value, "%" in (cell.number_format or "")) for cell in row]
+                cells = [_value_and_percent(cell.value, cell.number_format or "") for cell in row]
                 line = line_of_cells(cells, columns_in_percent)
                 if line:
                     lines.append(line)
@@ -115,6 +120,33 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             if lines:
                 texts.append((sheet.title, text_of_lines(lines)))
     return texts
+
+
+def _value_and_percent(value: Any, number_format: str) -> tuple[Any, bool]:
+    """The value of a cell, and whether the sheet shows it in percent.
+
+    A day that is shown without hours is a date alone: the time of day is in another column.
+    """
+    marks = _marks_of_format(number_format)
+    if isinstance(value, datetime.datetime) and "d" in marks and "h" not in marks:
+        return day_alone(value), False
+    return value, "%" in marks
+
+
+def day_alone(instant: datetime.datetime) -> datetime.datetime | datetime.date:
+    """An instant at midnight as a date; any other as it is."""
+    return instant if instant.time() != datetime.time() else instant.date()
+
+
+@lru_cache(maxsize=1024)
+def _marks_of_format(number_format: str) -> str:
+    r"""A number format without the texts in it: a percent sign in a text multiplies no number.
+
+    Examples:
+        >>> [_marks_of_format(text) for text in ('0.0%', '0.0"%"', r'0.0\%', '[Red]0.0%')]
+        ['0.0%', '0.0', '0.0', '0.0%']
+    """
+    return _TEXTS_OF_FORMAT.sub("", number_format).lower()
 
 
 def check_letter_count(letter_count: int) -> None:
@@ -157,7 +189,7 @@ def text_of_lines(lines: Sequence[str]) -> bytes:
 
 
 def _text(value: Any) -> str:
-    """The text of a value: numbers with all digits, instants by ISO 8601."""
+    """The text of a value: numbers with all digits, instants by ISO 8601, durations as h:mm:ss."""
     if value is None:
         return ""
     if isinstance(value, datetime.datetime):
@@ -165,7 +197,9 @@ def _text(value: Any) -> str:
         rounded = value + datetime.timedelta(microseconds=500)
         return rounded.isoformat(sep=" ", timespec="milliseconds")
     if isinstance(value, datetime.timedelta):
-        return repr(value.total_seconds())
+        # with colons, because the unit in the name of its column need not be seconds
+        hours, rest = divmod(value, datetime.timedelta(hours=1))
+        return f"{hours}:{str(rest).removeprefix('0:')}"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return f"{value:.0f}" if float(value).is_integer() else repr(value)
     return " ".join(str(value).split())
