@@ -18,14 +18,15 @@ UNITS = {"N m": 1.0, "Nm": 1.0, "mN m": 1e-3, "mN.m": 1e-3, "mNm": 1e-3, "N·m":
 def with_arm(arm_m: float | None) -> Settings:
     (rig_name,) = CONFIG.rigs
     rig = CONFIG.rigs[rig_name].model_copy(update={"torque_arm_m": arm_m})
-    return CONFIG.model_copy(update={"rigs": {rig_name: rig}})
+    named = CONFIG.with_changes({"campaign": {"columns": {"traction_force": {"name": "Torque"}}}})
+    return named.model_copy(update={"rigs": {rig_name: rig}})
 
 
 def torque_log(unit: str, format_name: str) -> bytes:
     torque = VALUES["traction_force"] * ARM_M / UNITS[unit]
-    values = {**VALUES, "traction_torque_n_m": torque}
+    values = {**VALUES, "Torque": torque}
     del values["traction_force"]
-    units = {**formats.UNITS, "traction_torque_n_m": unit}
+    units = {**formats.UNITS, "Torque": unit}
     writer = {"csv": formats.csv, "tdms": formats.tdms, "lvm": formats.lvm}[format_name]
     content = writer(values, units)
     return content.encode() if isinstance(content, str) else content
