@@ -100,6 +100,51 @@ def test_repeats_are_compared_as_one_pair_after_the_other(one_run: Curated) -> N
     assert f"differs by {apart:.1%}" in reason
 
 
+def log_of(seed: int, oil: str, digits: int = 4) -> bytes:
+    """One of several tests of the same condition."""
+    values = bad_logs.good(SLIPS)
+    random = np.random.default_rng(seed)
+    values["traction_force"] += 0.02 * random.standard_normal(len(values["time"]))
+    return bad_logs.csv({**values, "load": np.round(values["load"], digits)}, oil=oil)
+
+
+@pytest.mark.parametrize(
+    "oil_of_name",
+    [
+        {"c.csv": "4102", "a.csv": "4102", "b.csv": "4102"},
+        # the samples of one oil come after those of the other
+        {"a.csv": "4102", "b.csv": "4050", "c.csv": "4102"},
+        # names of files and of folders are sorted in different ways
+        {"s-2/a.csv": "4102", "s/b.csv": "4102", "s-2/c.csv": "4102"},
+    ],
+)
+def test_copy_is_found_in_whatever_order_the_logs_come(oil_of_name: dict[str, str]) -> None:
+    names = list(oil_of_name)
+    original, _, copy = names
+    logs = []
+    for name in names:
+        seed = 1 if name in (original, copy) else 2
+        logs.append((name, log_of(seed, oil_of_name[name], digits=2 if name == copy else 4)))
+    settings = with_repeats(bad_logs.CONFIG, "accept")
+    for logs_in_order in (logs, logs[::-1], sorted(logs), sorted(logs)[::-1]):
+        curated = check_logs(logs_in_order, settings)
+        assert refused_as(curated, "duplicate_log") == [max(original, copy)]
+
+
+def test_copy_is_found_among_points_in_whatever_order(one_run: Curated) -> None:
+    """Shares of a campaign and its oils come one after the other."""
+    measured = repeats(one_run, 6, seed=7)
+    points = measured.points
+    copied = points.loc[points["run_id"] == "run-0001.csv", list(MEASURED)].to_numpy()
+    points.loc[points["run_id"] == "run-0004.csv", list(MEASURED)] = copied + [0.0, 1e-4]
+    settings = with_repeats(bad_logs.CONFIG, "accept")
+    by_run = [points_of_run for _, points_of_run in points.groupby("run_id")]
+    for order in ([0, 1, 2, 3, 4, 5], [4, 2, 0, 5, 1, 3], [5, 4, 3, 2, 1, 0]):
+        in_order = pd.concat([by_run[index] for index in order], ignore_index=True)
+        curated = collect(Curated(in_order, measured.runs, measured.quarantine), settings)
+        assert refused_as(curated, "duplicate_log") == ["run-0004.csv"]
+
+
 def difference(first: pd.DataFrame, later: pd.DataFrame) -> float:
     """Median relative difference of two curves beyond two standard errors, point by point."""
     differences = []

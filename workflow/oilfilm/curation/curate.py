@@ -283,6 +283,8 @@ def _pairs_with_same_noise(
     they are rounded or cut off at other rows. The last plateaus of both runs are compared, without
     the very last one: it ends with the log, or with a step that is found to within a few rows.
     """
+    # the rows of each run in the order of the ids that `groupby` gives
+    points = points.sort_values("run_id", kind="stable", ignore_index=True)
     points_by_run = points.groupby("run_id")
     point_counts = points_by_run.size()
     run_ids = point_counts.index[point_counts > copy_settings.plateaus]
