@@ -605,8 +605,9 @@ def uneven_clock(run: Run, rig_kind: RigKind) -> RefusalFields:
     row_steps = np.diff(row_numbers)
     if len(gaps_s) < _FEWEST_CHANGES:
         return
-    # neighbours: no row between them was refused
-    is_between_neighbours = row_steps == np.median(row_steps)
+    # neighbours: no row between them was refused. The lower median is a step that occurs
+    usual_step = np.sort(row_steps)[(len(row_steps) - 1) // 2]
+    is_between_neighbours = row_steps == usual_step
     interval_s = run.signals.interval_s
     deviation_s = np.where(is_between_neighbours, np.abs(gaps_s - interval_s), 0.0)
     usual_deviation_s = float(np.quantile(deviation_s[is_between_neighbours], _LARGEST_QUANTILE))
