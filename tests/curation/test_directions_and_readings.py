@@ -78,8 +78,17 @@ def test_zero_that_one_direction_adds_and_the_other_takes_off_is_named() -> None
 def readings(offset_mu: float, slips: tuple[float, ...], scatter: float = 0.0) -> bytes:
     """A table of settled readings, as an MTM gives it."""
     slip = np.array(slips)
-    mu = 0.05 * np.tanh(slip / 0.01) + offset_mu
+    mu = curve(slip) + offset_mu
     mu += scatter * np.random.default_rng(3).standard_normal(len(slip))
+    return readings_of(slip, mu)
+
+
+def curve(slip: np.ndarray) -> np.ndarray:
+    return 0.05 * np.tanh(slip / 0.01)
+
+
+def readings_of(slip: np.ndarray, mu: np.ndarray) -> bytes:
+    """Settled readings of these traction coefficients."""
     names = "load_n,slide_roll_ratio,traction_coefficient,entrainment_speed_m_s"
     rows = [f"82.2,{one:.5f},{other:.5f},30" for one, other in zip(slip, mu, strict=True)]
     return "\n".join(
@@ -113,6 +122,32 @@ def test_zero_of_settled_readings_is_tested_where_they_allow_it(
     curated = check_logs([("log", readings(offset, slips, scatter=2e-4))], CONFIG)
     assert rules(curated) == [rule]
     assert curated.runs["warning"].tolist() == [()]
+
+
+@pytest.mark.parametrize("nearest_mu", [0.0, 2e-5, -1e-4])
+def test_reading_of_no_traction_at_hardly_any_slip_is_no_zero_of_the_others(
+    nearest_mu: float,
+) -> None:
+    """At a slip of 1e-4 the traction coefficient is 0.0005; a rig may round it to 0."""
+    slip = np.array((1e-4, 0.01, *SLIPS))
+    mu = curve(slip)
+    mu[0] = nearest_mu
+    curated = check_logs([("log", readings_of(slip, mu))], CONFIG)
+    assert rules(curated) == [""]
+
+
+@pytest.mark.parametrize("last_load_n", [82.2, 0.0])
+def test_force_in_another_unit_is_named_even_if_a_reading_has_no_load(last_load_n: float) -> None:
+    lines = readings(0.0, WITH_REST).decode().splitlines()
+    first_row = len(lines) - len(WITH_REST)
+    lines[first_row - 1] = lines[first_row - 1].replace("traction_coefficient", "traction_force_n")
+    for row in range(first_row, len(lines)):
+        load, slip, mu, *others = lines[row].split(",")
+        force_kn = float(mu) * float(load) / 1000
+        load = str(last_load_n) if row == len(lines) - 1 else load
+        lines[row] = ",".join([load, slip, f"{force_kn:.7f}", *others])
+    curated = check_logs([("log", ("\n".join(lines) + "\n").encode())], CONFIG)
+    assert rules(curated) == ["no_traction"]
 
 
 def test_zero_of_readings_that_nothing_tests_is_taken_on_trust() -> None:

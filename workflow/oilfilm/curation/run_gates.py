@@ -210,8 +210,12 @@ def _is_sliding(run: Run, rig_kind: TractionRig) -> BoolArray:
 
 
 def _median_traction_coefficient(run: Run, rig_kind: TractionRig) -> float:
-    """Median size of the traction coefficient of the sliding plateaus."""
-    return median(np.abs(run.plateaus["traction_coefficient"][_is_sliding(run, rig_kind)]))
+    """Median size of the traction coefficient of the sliding plateaus.
+
+    A plateau without load has no traction coefficient, and is left out.
+    """
+    mu = run.plateaus["traction_coefficient"][_is_sliding(run, rig_kind)]
+    return median(np.abs(mu[np.isfinite(mu)]))
 
 
 @gate
