@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bad_logs import CONFIG, Columns, csv, good
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import Curated, check_logs, collect
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, sentence_of
 from oilfilm.curation.traction_rig import TractionRig
 
@@ -194,6 +194,39 @@ def test_speed_of_one_body_may_be_the_one_that_is_held(body: str) -> None:
         np.sort(factor) if body == "slower" else -np.sort(-factor),
     )
     np.testing.assert_allclose(points["entrainment_speed_m_s"], expected, rtol=2e-3)
+
+
+@pytest.mark.parametrize("body", ["ball_speed", "disc_speed"])
+def test_speed_of_one_body_may_be_held_in_both_directions_of_slip(body: str) -> None:
+    """The faster body is the disc in one direction and the ball in the other."""
+    slips = (*SLIPS, *NEGATIVE)
+    values = signed(slips)
+    radius = RIG.ball_track_radius_m if body == "ball_speed" else RIG.disc_track_radius_m
+    slip = np.repeat((0.0, *slips, 0.0), HELD)
+    ratio_to_mean = 1 - slip / 2 if body == "ball_speed" else 1 + slip / 2
+    np.testing.assert_allclose(values[body] * radius * PER_RPM, 30 * ratio_to_mean, rtol=2e-3)
+    for name in ("ball_speed", "disc_speed"):
+        values[name] = values[name] / ratio_to_mean
+    curated = judged(values)
+    assert rules(curated) == [""]
+    assert curated.points["accepted"].all()
+    (warnings,) = curated.runs["warning"]
+    assert [text.partition(":")[0] for text in warnings] == ["body_at_set_speed"]
+    assert "one body, in both directions" in warnings[0]
+
+
+def test_held_speed_is_named_where_few_plateaus_are_accepted() -> None:
+    """The mean speed of the only accepted plateau is off, and so it is not the held one."""
+    values = good((0.0, *SLIPS, 0.0))
+    slip = np.repeat((0.0, *SLIPS, 0.0), HELD)
+    for name in ("ball_speed", "disc_speed"):
+        values[name] = values[name] / (1 + slip / 2)
+    measured = judged(values)
+    is_last_slip = measured.points["slide_roll_ratio"] > SLIPS[-2] + 0.01
+    points = measured.points.assign(accepted=is_last_slip)
+    curated = collect(Curated(points, measured.runs, measured.quarantine), CONFIG)
+    assert points["accepted"].sum() == 1
+    assert "body_at_set_speed: the speed of the faster body" in curated.runs["warning"].iloc[0][-1]
 
 
 def test_largest_slip_names_the_limit_that_lets_it_pass() -> None:
