@@ -95,9 +95,41 @@ def test_repeats_are_compared_as_one_pair_after_the_other(one_run: Curated) -> N
         run_id: points_of_run[points_of_run["accepted"]].sort_values("slide_roll_ratio")
         for run_id, points_of_run in points.groupby("run_id")
     }
-    apart = difference(curves["run-0000.csv"], curves["run-0004.csv"])
+    first, odd = curves["run-0000.csv"], curves["run-0004.csv"]
+    apart = min(difference(first, odd), difference(odd, first))
     reason = curated.runs.set_index("run_id").loc["run-0004.csv", "reason"]
     assert f"differs by {apart:.1%}" in reason
+
+
+def test_runs_of_a_condition_without_a_common_slip_are_both_used() -> None:
+    """Low slips in one run and high slips in the other are no repeats of each other."""
+    low, high = (0.005, 0.01, 0.02, 0.03, 0.04, 0.05), (0.08, 0.1, 0.15, 0.2, 0.25, 0.3)
+    settings = with_repeats(bad_logs.CONFIG, "refuse")
+    slips_of_name = {"a.csv": low, "b.csv": high, "c.csv": low, "d.csv": high}
+    logs = []
+    for seed, (name, slips) in enumerate(slips_of_name.items()):
+        values = bad_logs.good((0.0, *slips, 0.0))
+        random = np.random.default_rng(seed)
+        values["traction_force"] += 0.02 * random.standard_normal(len(values["time"]))
+        logs.append((name, bad_logs.csv(values)))
+    curated = check_logs(logs, settings)
+    reason_of_run = curated.runs.set_index("run_id")["reason"]
+    assert refused_as(curated, "duplicate_condition") == ["c.csv", "d.csv"]
+    assert curated.runs["rule"].tolist()[:2] == ["", ""]
+    assert "a.csv, which is kept" in reason_of_run["c.csv"]
+    assert "b.csv, which is kept" in reason_of_run["d.csv"]
+
+
+@pytest.mark.parametrize("names", [("1.csv", "2.csv"), ("2.csv", "1.csv")])
+def test_repeat_of_few_slips_does_not_contradict_one_of_many(names: tuple[str, str]) -> None:
+    """A straight line between a slip of 1 % and one of 30 % is far below the curve."""
+    few = bad_logs.csv(bad_logs.good((0.0, 0.01, 0.3, 0.0)))
+    many = bad_logs.csv(
+        bad_logs.good((0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.0))
+    )
+    settings = with_repeats(bad_logs.CONFIG, "refuse")
+    curated = check_logs(sorted(zip(names, (few, many), strict=True)), settings)
+    assert curated.runs["rule"].tolist() == ["", "duplicate_condition"]
 
 
 def log_of(seed: int, oil: str, digits: int = 4) -> bytes:
@@ -151,8 +183,9 @@ def difference(first: pd.DataFrame, later: pd.DataFrame) -> float:
     for _, point in later.iterrows():
         slip = point["slide_roll_ratio"]
         slips = first["slide_roll_ratio"]
-        smallest = max(slips.min(), bad_logs.CONFIG.gates.sign_slip_min)
-        if not smallest <= slip <= slips.max():
+        # the slips of a level scatter
+        smallest = max(slips.min() / 1.02, bad_logs.CONFIG.gates.sign_slip_min)
+        if not smallest <= slip <= 1.02 * slips.max():
             continue
         mu = np.interp(slip, slips, first["traction_coefficient"])
         error = np.interp(slip, slips, first["traction_coefficient_se"])

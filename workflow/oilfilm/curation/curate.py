@@ -64,6 +64,8 @@ _FULL_SCALE_KEY_OF_COLUMN = {
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
+# Two measured slips of one set slip differ by less than this ratio.
+_SAME_SLIP_RATIO = 1.02
 # Columns of the points in which a copy repeats the noise of its original.
 _MEAN_COLUMNS = ["slide_roll_ratio", "traction_coefficient"]
 _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
@@ -125,7 +127,7 @@ def _refusals_of_same_conditions(
 
     Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
     more runs, one may be odd at a smaller difference. It is odd if the others agree far better with
-    each other than with it.
+    each other than with it. Runs without a common slip are not compared, and all of them are kept.
     """
     gates = settings.gates
     allowed_difference = gates.repeat_difference_max
@@ -133,11 +135,17 @@ def _refusals_of_same_conditions(
         kept_index: list[int] = []
         largest_differences_of_others = _largest_difference_of_others(differences)
         for run_index, run_id in enumerate(run_ids):
-            other_index = np.delete(np.arange(len(run_ids)), run_index)
+            is_compared = np.isfinite(differences[run_index])
+            is_compared[run_index] = False
+            other_index = np.flatnonzero(is_compared)
+            if len(other_index) == 0:
+                kept_index.append(run_index)
+                continue
             differences_to_others = differences[run_index, other_index]
             largest_difference_of_others = largest_differences_of_others[run_index]
+            has_several_others = len(other_index) > 1 and np.isfinite(largest_difference_of_others)
             odd_limit = allowed_difference
-            if len(other_index) > 1:
+            if has_several_others:
                 odd_limit = max(
                     gates.repeat_odd_min, gates.repeat_odd_factor * largest_difference_of_others
                 )
@@ -153,7 +161,7 @@ def _refusals_of_same_conditions(
                 else ""
             )
             agree = ""
-            if len(other_index) > 1:
+            if has_several_others:
                 agree = f"; the others agree within {largest_difference_of_others:.1%}"
             fields = dict(
                 other_id=run_ids[contradicting_index[0]],
@@ -163,25 +171,50 @@ def _refusals_of_same_conditions(
                 allowed=min(odd_limit, allowed_difference),
             )
             yield refusal_by("conflicting_condition", run_id=run_id, **fields)
-        for later_index in kept_index[1:]:
-            fields = dict(
-                kept=run_ids[kept_index[0]], apart=differences[kept_index[0], later_index]
-            )
-            yield refusal_by("duplicate_condition", run_id=run_ids[later_index], **fields)
+        yield from _refusals_of_later_runs(run_ids, differences, kept_index)
+
+
+def _refusals_of_later_runs(
+    run_ids: list[str], differences: FloatArray, index_without_conflict: list[int]
+) -> Iterator[Refusal]:
+    """Refusals of runs that repeat an earlier one of their condition, which is kept.
+
+    Args:
+        run_ids: Ids of the runs of a condition, in the order of names.
+        differences: Differences of the runs, as `_curve_differences` gives them.
+        index_without_conflict: Indices of the runs that the others do not contradict, ascending.
+    """
+    kept_index: list[int] = []
+    for run_index in index_without_conflict:
+        for earlier_index in kept_index:
+            apart = differences[earlier_index, run_index]
+            if np.isfinite(apart):
+                fields = dict(kept=run_ids[earlier_index], apart=apart)
+                yield refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
+                break
+        else:
+            kept_index.append(run_index)
 
 
 def _largest_difference_of_others(differences: FloatArray) -> FloatArray:
     """For each run, the largest difference between two of the other runs, shape (n,).
 
+    It is -inf where no two of them are compared.
+
     Args:
-        differences: Differences of n runs, shape (n, n), symmetric.
+        differences: Differences of n runs, shape (n, n), symmetric; NaN where they are unknown.
     """
     run_count = len(differences)
-    largest_of_others = np.full(run_count, differences.max())
+    known_differences = np.where(np.isnan(differences), -np.inf, differences)
+    # no run is compared with itself
+    np.fill_diagonal(known_differences, -np.inf)
+    largest_of_others = np.full(run_count, known_differences.max())
     # only the two runs that are farthest apart have another largest difference
-    for run_index in np.unravel_index(np.argmax(differences), differences.shape):
+    for run_index in np.unravel_index(np.argmax(known_differences), differences.shape):
         other_index = np.delete(np.arange(run_count), run_index)
-        largest_of_others[run_index] = differences[np.ix_(other_index, other_index)].max()
+        largest_of_others[run_index] = known_differences[np.ix_(other_index, other_index)].max(
+            initial=-np.inf
+        )
     return largest_of_others
 
 
@@ -353,6 +386,7 @@ class _Curve(NamedTuple):
 def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatArray:
     """Median relative difference of each two curves over the slips that both have.
 
+    One curve is interpolated at the slips of the other, and the smaller of both differences counts.
     Twice the standard error of each difference is subtracted where it is known.
 
     Args:
@@ -360,36 +394,34 @@ def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatA
         smallest_slip: Smaller slips are not compared.
 
     Returns:
-        Shape (n, n), symmetric; 0 where two curves have no slips in common.
+        Shape (n, n), symmetric; NaN where no slip of one curve is among those of the other.
     """
-    differences = np.zeros((len(curves), len(curves)))
-    point_counts = np.array([len(curve.slip) for curve in curves])
     slip_of_curves = np.concatenate([curve.slip for curve in curves])
     mu_of_curves = np.concatenate([curve.mu for curve in curves])
     mu_se_of_curves = np.concatenate([curve.mu_se for curve in curves])
-    for curve_index, (slip, mu, mu_se) in enumerate(curves[:-1]):
-        # the curves behind it, one after the other
-        later_points = slice(point_counts[: curve_index + 1].sum(), None)
-        later_slip = slip_of_curves[later_points]
-        is_shared = (later_slip >= max(slip.min(), smallest_slip)) & (later_slip <= slip.max())
-        later_slip = later_slip[is_shared]
-        later_mu = mu_of_curves[later_points][is_shared]
-        expected_mu = np.interp(later_slip, slip, mu)
-        expected_se = np.interp(later_slip, slip, mu_se)
-        error = np.nan_to_num(2 * np.hypot(mu_se_of_curves[later_points][is_shared], expected_se))
-        excess = np.maximum(np.abs(later_mu - expected_mu) - error, 0.0)
-        mean_size = (np.abs(later_mu) + np.abs(expected_mu)) / 2
-        curve_of_point = np.repeat(
-            np.arange(curve_index + 1, len(curves)), point_counts[curve_index + 1 :]
-        )
-        curve_of_point = curve_of_point[is_shared]
+    curve_of_all_points = np.repeat(
+        np.arange(len(curves)), [len(curve.slip) for curve in curves]
+    )
+    # from the row's curve, interpolated, to the points of the column's
+    differences = np.full((len(curves), len(curves)), np.nan)
+    for curve_index, (slip, mu, mu_se) in enumerate(curves):
+        is_shared = slip_of_curves >= max(slip.min() / _SAME_SLIP_RATIO, smallest_slip)
+        is_shared &= slip_of_curves <= slip.max() * _SAME_SLIP_RATIO
+        shared_slip = slip_of_curves[is_shared]
+        shared_mu = mu_of_curves[is_shared]
+        expected_mu = np.interp(shared_slip, slip, mu)
+        expected_se = np.interp(shared_slip, slip, mu_se)
+        error = np.nan_to_num(2 * np.hypot(mu_se_of_curves[is_shared], expected_se))
+        excess = np.maximum(np.abs(shared_mu - expected_mu) - error, 0.0)
+        mean_size = (np.abs(shared_mu) + np.abs(expected_mu)) / 2
+        curve_of_point = curve_of_all_points[is_shared]
         compared_curves, start_index = np.unique(curve_of_point, return_index=True)
-        stretches = Stretches(start_index, np.append(start_index[1:], len(curve_of_point)))
-        medians = stretches.medians(excess / mean_size) if len(compared_curves) else 0.0
-        differences[curve_index, compared_curves] = differences[compared_curves, curve_index] = (
-            medians
-        )
-    return differences
+        if len(compared_curves):
+            stretches = Stretches(start_index, np.append(start_index[1:], len(curve_of_point)))
+            differences[curve_index, compared_curves] = stretches.medians(excess / mean_size)
+    # a curve of few slips is no curve between them: the other one is interpolated
+    smaller_differences: FloatArray = np.minimum(differences, differences.T)
+    return smaller_differences
 
 
 def _curve_of_run(points: pd.DataFrame) -> _Curve:
