@@ -163,6 +163,26 @@ def test_copy_is_found_in_whatever_order_the_logs_come(oil_of_name: dict[str, st
         assert refused_as(curated, "duplicate_log") == [max(original, copy)]
 
 
+def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: Curated) -> None:
+    """The middle one of three runs is a copy of both others, which are no copies of each other."""
+    measured = repeats(one_run, 3, seed=8)
+    points = measured.points
+    names = list(MEASURED)
+    of_run = [points["run_id"] == f"run-{index:04d}.csv" for index in range(3)]
+    first = points.loc[of_run[0], names].to_numpy()
+    errors = points.loc[of_run[0], list(MEASURED.values())].to_numpy()
+    signs = np.where(np.arange(len(first)) % 2, 1, -1)[:, np.newaxis]
+    found = set()
+    for size in np.linspace(0.0, 1.0, 41):
+        points.loc[of_run[1], names] = first + size * signs * errors
+        points.loc[of_run[2], names] = first + 2 * size * signs * errors
+        curated = collect(measured, with_repeats(bad_logs.CONFIG, "accept"))
+        found.add(tuple(refused_as(curated, "duplicate_log")))
+    both, middle = ("run-0001.csv", "run-0002.csv"), ("run-0001.csv",)
+    # from three copies of each other to three runs
+    assert found == {both, middle, ()}
+
+
 def test_copy_is_found_among_points_in_whatever_order(one_run: Curated) -> None:
     """Shares of a campaign and its oils come one after the other."""
     measured = repeats(one_run, 6, seed=7)

@@ -7,7 +7,7 @@ Runs that repeat each other are copies, conditions run twice, or wrong labels. A
 accepted runs of a campaign with each other. If several runs of a condition can be right, the first
 by name is kept. Two runs that contradict each other are both refused. Of three or more, a run is
 refused if most of the others contradict it. Then the shape of each curve is judged beside the
-others (`curve_shapes`).
+others (`curve_shapes`). If this refuses a run that was kept, the next one that repeats it is kept.
 
 Decides: when a run repeats an earlier one, and which of them is kept; warnings about a run beside
 the others of its rig.
@@ -26,7 +26,7 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
+from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, ShapeVerdicts, judged_shapes
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.curation.hypotheses import RULES_WITH_HIDDEN_CAUSE, Hypothesis
 from oilfilm.curation.measure import measure
@@ -73,13 +73,25 @@ _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
 _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
-def refusals_of_repeats(
+class _Repeat(NamedTuple):
+    """A run that repeats or contradicts others.
+
+    Attributes:
+        refusal: Its refusal.
+        kept_id: Id of the run that is kept in its place; empty where none is.
+    """
+
+    refusal: Refusal
+    kept_id: str = ""
+
+
+def _repeats(
     campaign_tables: CampaignTables,
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> list[Refusal]:
-    """Refusals of accepted runs that repeat or contradict others, those of copies first.
+) -> dict[str, _Repeat]:
+    """Id of a run -> its refusal: those of accepted runs that repeat or contradict others, those of copies first.
 
     A torque rig may measure a condition again, and so may a campaign that declares repeats.
 
@@ -89,17 +101,19 @@ def refusals_of_repeats(
         rig_class: The class of the kind of rig.
         settings: Settings of the campaign.
     """
-    remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
-    refusal_of_run: dict[str, Refusal] = {}
-    for refusal in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
-        refusal_of_run.setdefault(refusal.run_id, refusal)
+    remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(
+        ["file", "run_id"], ignore_index=True
+    )
+    repeat_of_run: dict[str, _Repeat] = {}
+    for repeat in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
+        repeat_of_run.setdefault(repeat.refusal.run_id, repeat)
     if rig_class.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
-        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(refusal_of_run)]
-        refusal_of_run |= {
-            refusal.run_id: refusal
-            for refusal in _refusals_of_same_conditions(campaign_tables, remaining_runs, settings)
+        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(repeat_of_run)]
+        repeat_of_run |= {
+            repeat.refusal.run_id: repeat
+            for repeat in _refusals_of_same_conditions(campaign_tables, remaining_runs, settings)
         }
-    return list(refusal_of_run.values())
+    return repeat_of_run
 
 
 def _refusals_of_same_readings(
@@ -107,22 +121,31 @@ def _refusals_of_same_readings(
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> Iterator[Refusal]:
+) -> Iterator[_Repeat]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_class, settings))
+    # the verdicts on all earlier runs are known when a later one is judged
+    pairs.sort(key=lambda pair: (pair[1].Index, pair[0].Index))
+    refused_ids: set[str] = set()
     for first_run, later_run in pairs:
-        if first_run.oil == later_run.oil:
-            yield refusal_by("duplicate_log", run_id=later_run.run_id, kept=first_run.run_id)
+        is_of_refused_run = first_run.run_id in refused_ids
+        if first_run.oil == later_run.oil and not is_of_refused_run:
+            refused_ids.add(later_run.run_id)
+            kept_id = first_run.run_id
+            refusal = refusal_by("duplicate_log", run_id=later_run.run_id, kept=kept_id)
+            yield _Repeat(refusal, kept_id)
     for pair in pairs:
         for refused_run, other_run in (pair, pair[::-1]):
             if refused_run.oil != other_run.oil:
                 fields = dict(other_id=other_run.run_id, other_oil=other_run.oil)
-                yield refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
+                yield _Repeat(
+                    refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
+                )
 
 
 def _refusals_of_same_conditions(
     campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
-) -> Iterator[Refusal]:
+) -> Iterator[_Repeat]:
     """Refusals of runs that contradict others of their condition, and of all others but the first.
 
     Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
@@ -170,13 +193,13 @@ def _refusals_of_same_conditions(
                 agree=agree,
                 allowed=min(odd_limit, allowed_difference),
             )
-            yield refusal_by("conflicting_condition", run_id=run_id, **fields)
+            yield _Repeat(refusal_by("conflicting_condition", run_id=run_id, **fields))
         yield from _refusals_of_later_runs(run_ids, differences, kept_index)
 
 
 def _refusals_of_later_runs(
     run_ids: list[str], differences: FloatArray, index_without_conflict: list[int]
-) -> Iterator[Refusal]:
+) -> Iterator[_Repeat]:
     """Refusals of runs that repeat an earlier one of their condition, which is kept.
 
     Args:
@@ -189,8 +212,10 @@ def _refusals_of_later_runs(
         for earlier_index in kept_index:
             apart = differences[earlier_index, run_index]
             if np.isfinite(apart):
-                fields = dict(kept=run_ids[earlier_index], apart=apart)
-                yield refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
+                kept_id = run_ids[earlier_index]
+                fields = dict(kept=kept_id, apart=apart)
+                refusal = refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
+                yield _Repeat(refusal, kept_id)
                 break
         else:
             kept_index.append(run_index)
@@ -294,8 +319,11 @@ def _pairs_with_same_readings(
             compared_points = points[_is_point_of_runs(points, run_ids) & has_errors]
             last_points.append(compared_points.groupby("run_id").tail(copy_settings.plateaus + 1))
         points_of_all = pd.concat(last_points, ignore_index=True)
-        for first_id, later_id in _pairs_with_same_noise(points_of_all, copy_settings):
-            yield run_of_id[first_id], run_of_id[later_id]
+        for pair_ids in _pairs_with_same_noise(points_of_all, copy_settings):
+            first_run, later_run = sorted(
+                (run_of_id[run_id] for run_id in pair_ids), key=lambda run: run.Index
+            )
+            yield first_run, later_run
 
 
 def _is_point_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
@@ -1014,19 +1042,39 @@ def compare_runs(
         rig_class: The class of the kind of rig.
     """
     runs, quarantine = campaign_tables.runs, campaign_tables.quarantine
-    refusals = refusals_of_repeats(campaign_tables, runs, rig_class, settings)
-    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
+    repeat_of_run = _repeats(campaign_tables, runs, rig_class, settings)
+    refusal_of_run = {run_id: repeat.refusal for run_id, repeat in repeat_of_run.items()}
     shape_warnings: list[RunWarning] = []
+    ids_to_judge: set[str] = set()
     if rig_class.name == TRACTION_KIND:
-        shape_refusals: list[Refusal] = []
-        for oil_name in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
-            shapes = judged_shapes(
-                campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
-            )
-            shape_refusals += shapes.refusals
-            shape_warnings += shapes.warnings
-        runs, quarantine = _with_refused_runs(runs, quarantine, shape_refusals, rig_class)
-        refusals += shape_refusals
+        ids_to_judge = set(runs.loc[runs["verdict"] == "accepted", "run_id"]) - set(refusal_of_run)
+    while ids_to_judge:
+        remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
+        shapes = _shapes_of_runs(campaign_tables, remaining_runs, ids_to_judge)
+        shape_warnings += shapes.warnings
+        odd_ids = {refusal.run_id for refusal in shapes.refusals}
+        refusal_of_run |= {refusal.run_id: refusal for refusal in shapes.refusals}
+        # a repeat is used after all if the run that was kept in its place is refused
+        ids_to_judge = {
+            run_id for run_id, repeat in repeat_of_run.items() if repeat.kept_id in odd_ids
+        }
+        for run_id in ids_to_judge:
+            del refusal_of_run[run_id], repeat_of_run[run_id]
+        if ids_to_judge:
+            remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
+            repeats_without_odd = _repeats(campaign_tables, remaining_runs, rig_class, settings)
+            repeat_of_run |= repeats_without_odd
+            refusal_of_run |= {
+                run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()
+            }
+            ids_to_judge -= set(refusal_of_run)
+    shape_warnings = [
+        (run_id, sentence)
+        for run_id, sentence in shape_warnings
+        if run_id not in refusal_of_run
+    ]
+    refusals = list(refusal_of_run.values())
+    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
     runs = with_campaign_warnings(runs, campaign_tables, rig_class, settings, shape_warnings)
     order_columns = ["file", "run_id", "first_row", "rule"]
     return ComparedRuns(
@@ -1035,6 +1083,28 @@ def compare_runs(
         refusals,
         rig_class,
     )
+
+
+def _shapes_of_runs(
+    campaign_tables: CampaignTables, runs: pd.DataFrame, run_ids: set[str]
+) -> ShapeVerdicts:
+    """The verdicts on the shapes of some runs, each beside all other accepted ones of its oil.
+
+    Args:
+        campaign_tables: The table `points`.
+        runs: Table of runs that no comparison has refused.
+        run_ids: Ids of the runs that are judged.
+    """
+    verdicts = ShapeVerdicts()
+    for oil_name in sorted(set(runs.loc[runs["run_id"].isin(run_ids), "oil"])):
+        shapes = judged_shapes(campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs)
+        verdicts.refusals.extend(
+            refusal for refusal in shapes.refusals if refusal.run_id in run_ids
+        )
+        verdicts.warnings.extend(
+            (run_id, sentence) for run_id, sentence in shapes.warnings if run_id in run_ids
+        )
+    return verdicts
 
 
 def _with_refused_runs(
