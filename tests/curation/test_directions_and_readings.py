@@ -229,6 +229,50 @@ def test_held_speed_is_named_where_few_plateaus_are_accepted() -> None:
     assert "body_at_set_speed: the speed of the faster body" in curated.runs["warning"].iloc[0][-1]
 
 
+UP, DOWN = (0.02, 0.035, 0.055, 0.085, 0.125, 0.165, 0.195), (0.2, 0.16, 0.12, 0.08, 0.05, 0.03)
+
+
+def negative(slips: tuple[float, ...]) -> tuple[float, ...]:
+    return tuple(-slip for slip in slips)
+
+
+@pytest.mark.parametrize(
+    ("parts", "is_rising"),
+    [
+        ((UP, DOWN), (True, False)),
+        ((DOWN, UP), (False, True)),
+        ((negative(DOWN), UP, DOWN, negative(UP)), (False, True, False, True)),
+        ((UP, DOWN, negative(UP), negative(DOWN)), (True, False, True, False)),
+    ],
+    ids=["up and down", "down and up", "from most negative", "from zero"],
+)
+def test_traction_that_is_less_with_rising_slip_is_told_so(
+    parts: tuple[tuple[float, ...], ...], is_rising: tuple[bool, ...]
+) -> None:
+    slip = np.concatenate(parts)
+    factor = np.concatenate(
+        [
+            np.full(len(part), 0.92 if rises else 1.0)
+            for part, rises in zip(parts, is_rising, strict=True)
+        ]
+    )
+    curated = check_logs([("log", readings_of(slip, factor * curve(slip)))], CONFIG)
+    (warnings,) = curated.runs["warning"]
+    (sentence,) = (text for text in warnings if text.startswith("branches_apart"))
+    assert "with rising slip the traction coefficients are -8" in sentence
+
+
+@pytest.mark.parametrize("parts", [(UP, DOWN), (DOWN, UP)], ids=["up and down", "down and up"])
+def test_branches_are_compared_where_a_sweep_begins_and_ends_in_rolling(
+    parts: tuple[tuple[float, ...], ...],
+) -> None:
+    first, second = parts
+    values = good((0.0, *first, *second, 0.0))
+    start = (1 + len(first)) * HELD
+    values["traction_force"][start:-HELD] *= 1.5
+    assert rules(judged(values)) == ["branches_differ"]
+
+
 def test_largest_slip_names_the_limit_that_lets_it_pass() -> None:
     curated = judged(good((0.0, *SLIPS, 0.35, 0.42, 0.0)))
     points = curated.points

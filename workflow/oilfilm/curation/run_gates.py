@@ -296,12 +296,15 @@ def _branches_in_direction(
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Rising slips and traction coefficients of each branch of a sweep, in one direction of slip.
 
-    A sweep turns back at its inner extreme: one branch ends there, and another begins. With fewer
-    than `branch_points` plateaus on either side of the extreme, the sweep has one branch.
+    A sweep turns back at its inner extreme: one branch ends there, and another begins. The one with
+    rising slip is the first of the two. With fewer than `branch_points` plateaus on either side of
+    the extreme, the sweep has one branch.
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
+    # rolling before and after a sweep is no turn of it
+    is_judged &= slip > rig_kind.zero_settings.max_slide_roll_ratio
     slip = slip[is_judged]
     mu = mu[is_judged]
     fewest_plateaus = rig_kind.gates.branch_points
@@ -312,6 +315,9 @@ def _branches_in_direction(
         turn_index = int(extreme_index[np.argmax(distance_from_end)])
         if distance_from_end.max() >= fewest_plateaus:
             slices_of_branches = [slice(turn_index + 1), slice(turn_index, None)]
+            if slip[turn_index] == slip.min():
+                # the slip falls first
+                slices_of_branches.reverse()
     branches = []
     for rows in slices_of_branches:
         order_by_slip = np.argsort(slip[rows], kind="stable")
@@ -444,7 +450,7 @@ def branches_differ(run: Run, rig_kind: TractionRig) -> RefusalFields:
 
 
 def _branch_differences(run: Run, rig_kind: TractionRig) -> tuple[FloatArray, FloatArray]:
-    """Differences of mu between the two branches of a sweep, and mu, both of shape (slips,).
+    """Rising branch less falling branch of a sweep in mu, and mu, both of shape (slips,).
 
     Only the slips that both branches reach are compared. Both arrays are empty where the sweep has
     one branch.
