@@ -645,7 +645,10 @@ def _channel_warnings(
                 "size": ranges_by_run["size"].sum(),
             }
         )
-        judged_ranges = ranges[ranges["size"] >= gates.constant_channel_plateaus]
+        # a run without this channel has no range
+        judged_ranges = ranges[
+            (ranges["size"] >= gates.constant_channel_plateaus) & ranges["min"].notna()
+        ]
         is_constant = pd.Series(
             reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index
         )
