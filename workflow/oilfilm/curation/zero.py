@@ -325,7 +325,9 @@ def force_left_refusal(
     threshold = curation.spikes.threshold
     zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
-    is_rolling = slip <= significant_errors * plateaus["slide_roll_ratio_se"]
+    # where the slip is noisy, one that is not significant may still have traction
+    is_rolling = slip <= curation.zero_reference.max_slide_roll_ratio
+    is_rolling &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
     places_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
