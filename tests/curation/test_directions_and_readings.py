@@ -1,6 +1,7 @@
 """Sweeps in both directions, settled readings, slow logs and other controls of the speed."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from bad_logs import CONFIG, Columns, csv, good
@@ -227,6 +228,62 @@ def test_held_speed_is_named_where_few_plateaus_are_accepted() -> None:
     curated = collect(Curated(points, measured.runs, measured.quarantine), CONFIG)
     assert points["accepted"].sum() == 1
     assert "body_at_set_speed: the speed of the faster body" in curated.runs["warning"].iloc[0][-1]
+
+
+def test_equal_readings_of_a_flat_curve_are_no_stuck_sensor() -> None:
+    flat = tuple(np.round(np.arange(0.05, 0.3, 0.02), 2))
+    slip = np.array((0.0, 0.005, 0.01, 0.02, 0.03, *flat))
+    # from a slip of 5 % on, all 13 readings are 0.0500
+    curated = check_logs([("log", readings_of(slip, curve(slip).round(4)))], CONFIG)
+    assert rules(curated) == [""]
+
+
+def test_traction_at_a_slip_that_noise_hides_is_no_zero_that_was_left() -> None:
+    """A slip of 0.005 may be within five of its standard errors; its 0.58 N are traction."""
+    settings = CONFIG.with_changes({"campaign": {"semantics": {"zero": "already_removed"}}})
+    rows = round(6.0 * RATE_HZ)
+    first_slips = []
+    for seed in range(5, 13):
+        values = good((0.005, 0.06, 0.1, 0.15, 0.2), seconds=6.0)
+        for name in ("load", "traction_force"):
+            values[name] *= 4.25
+        random = np.random.default_rng(seed)
+        values["ball_speed"] *= 1 + 0.011 * random.standard_normal(len(values["time"]))
+        log = csv(values, max_hertz_pressure_gpa=None)
+        curated = check_logs([("log", log)], settings)
+        first = curated.points.iloc[0]
+        first_slips.append(first["slide_roll_ratio"] / first["slide_roll_ratio_se"])
+        assert first["last_row"] <= rows + 2
+        assert "zero_left" not in rules(curated)
+    assert min(first_slips) < CONFIG.gates.significant_errors
+
+
+def test_run_without_a_temperature_is_none_in_which_it_moves() -> None:
+    measured = judged(good((0.0, *SLIPS, 0.0)))
+    names = [f"{index}.csv" for index in range(6)]
+    points = pd.concat([measured.points.assign(run_id=name) for name in names], ignore_index=True)
+    for index, name in enumerate(names):
+        points.loc[points["run_id"] == name, "slide_roll_ratio"] *= 1 + 0.01 * index
+    runs = pd.concat([measured.runs.assign(run_id=name, file=name) for name in names])
+    runs = runs.assign(content_sha256=names).reset_index(drop=True)
+    settings = CONFIG.with_changes({"campaign": {"repeated_conditions": "accept"}})
+    points.loc[points["run_id"].isin(names[:2]), "inlet_temperature_c"] = 70.0
+    warned = {}
+    for others in ("have none", "move"):
+        if others == "have none":
+            without = points["run_id"].isin(names[2:])
+            judged_points = points.assign(
+                inlet_temperature_c=points["inlet_temperature_c"].mask(without)
+            )
+        else:
+            judged_points = points
+        curated = collect(Curated(judged_points, runs, measured.quarantine), settings)
+        warned[others] = [
+            run.run_id
+            for run in curated.runs.itertuples()
+            if any(text.startswith("constant_channel") for text in run.warning)
+        ]
+    assert warned == {"have none": [], "move": names[:2]}
 
 
 UP, DOWN = (0.02, 0.035, 0.055, 0.085, 0.125, 0.165, 0.195), (0.2, 0.16, 0.12, 0.08, 0.05, 0.03)

@@ -363,7 +363,12 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 @gate
 def stuck_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
-    """The sensor gives exactly the same reading again and again."""
+    """The sensor gives exactly the same reading again and again.
+
+    Settled readings are means without noise: those of a flat curve may be equal.
+    """
+    if _is_settled(run):
+        return
     values = run.turning_signals[run.rig_kind.sensor.column]
     start, stop = _long_hold(values, run, rig_kind)
     if start == stop:
