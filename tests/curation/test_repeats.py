@@ -188,7 +188,7 @@ def test_copy_is_found_among_points_in_whatever_order(one_run: Curated) -> None:
     measured = repeats(one_run, 6, seed=7)
     points = measured.points
     copied = points.loc[points["run_id"] == "run-0001.csv", list(MEASURED)].to_numpy()
-    points.loc[points["run_id"] == "run-0004.csv", list(MEASURED)] = copied + [0.0, 1e-4]
+    points.loc[points["run_id"] == "run-0004.csv", list(MEASURED)] = copied + np.array([0.0, 1e-4])
     settings = with_repeats(bad_logs.CONFIG, "accept")
     by_run = [points_of_run for _, points_of_run in points.groupby("run_id")]
     for order in ([0, 1, 2, 3, 4, 5], [4, 2, 0, 5, 1, 3], [5, 4, 3, 2, 1, 0]):

@@ -71,7 +71,9 @@ def test_torque_of_a_stop_in_the_middle_is_no_torque_of_a_speed(config, stop_row
     torque = np.array([0.0, 2.0, 3.0, 5.0])[levels]
     # static friction holds 0.8 N m
     torque[440 : 440 + stop_rows] = 0.8
-    runs, refused = measured([("a.csv", text(torque_logs.measured(3000.0 * levels, torque, 1)))], config)
+    runs, refused = measured(
+        [("a.csv", text(torque_logs.measured(3000.0 * levels, torque, 1)))], config
+    )
     assert refused.empty
     assert runs["inner_speed_rpm"].round(-1).tolist() == [3000, 6000, 9000]
     assert runs["accepted"].all()

@@ -91,8 +91,9 @@ def _repeats(
     rig_class: type[RigKind],
     settings: Settings,
 ) -> dict[str, _Repeat]:
-    """Id of a run -> its refusal: those of accepted runs that repeat or contradict others, those of copies first.
+    """Id of a run -> its refusal, of accepted runs that repeat or contradict others.
 
+    Copies come first.
     A torque rig may measure a condition again, and so may a campaign that declares repeats.
 
     Args:
@@ -138,9 +139,7 @@ def _refusals_of_same_readings(
         for refused_run, other_run in (pair, pair[::-1]):
             if refused_run.oil != other_run.oil:
                 fields = dict(other_id=other_run.run_id, other_oil=other_run.oil)
-                yield _Repeat(
-                    refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
-                )
+                yield _Repeat(refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields))
 
 
 def _refusals_of_same_conditions(
@@ -427,9 +426,7 @@ def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatA
     slip_of_curves = np.concatenate([curve.slip for curve in curves])
     mu_of_curves = np.concatenate([curve.mu for curve in curves])
     mu_se_of_curves = np.concatenate([curve.mu_se for curve in curves])
-    curve_of_all_points = np.repeat(
-        np.arange(len(curves)), [len(curve.slip) for curve in curves]
-    )
+    curve_of_all_points = np.repeat(np.arange(len(curves)), [len(curve.slip) for curve in curves])
     # from the row's curve, interpolated, to the points of the column's
     differences = np.full((len(curves), len(curves)), np.nan)
     for curve_index, (slip, mu, mu_se) in enumerate(curves):
@@ -604,9 +601,7 @@ def _speed_warnings(
             for name, speed in controlled_speeds(points_of_run).items()
         }
         speed_name = min(largest_deviation_by_name, key=largest_deviation_by_name.__getitem__)
-        if exceeds(
-            largest_deviation_by_name[speed_name], gates.speed_tolerance * set_speed_m_s
-        ):
+        if exceeds(largest_deviation_by_name[speed_name], gates.speed_tolerance * set_speed_m_s):
             # which body is faster changes with the direction of slip, which points do not have
             speed_name = "speed of one body, in both directions of slip,"
         fields = dict(
@@ -1072,9 +1067,7 @@ def compare_runs(
             }
             ids_to_judge -= set(refusal_of_run)
     shape_warnings = [
-        (run_id, sentence)
-        for run_id, sentence in shape_warnings
-        if run_id not in refusal_of_run
+        (run_id, sentence) for run_id, sentence in shape_warnings if run_id not in refusal_of_run
     ]
     refusals = list(refusal_of_run.values())
     runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
