@@ -118,6 +118,29 @@ def test_log_with_a_defect_that_no_oil_has_is_refused_or_warned_about_and_no_oth
     assert not curated.points.loc[curated.points["run_id"] == run.run_id, "accepted"].any()
 
 
+@pytest.mark.parametrize("bad_name", ["a.csv", "b.csv"])
+def test_good_repeat_is_kept_in_place_of_one_with_a_defect(bad_name: str):
+    logs = [
+        (f"{row:02d}.csv", log(condition, TEN_SLIPS, row))
+        for row, condition in enumerate(TWELVE)
+        if row != 5
+    ]
+    for seed, name in enumerate(("a.csv", "b.csv", "c.csv")):
+        # two thirds of the curve of both are the same: it is no contradiction of the runs
+        damage = one_step_high if name == bad_name else None
+        logs.append((name, log(TWELVE[5], TEN_SLIPS, 50 + seed, damage)))
+    curated = check_logs(logs, CONFIG)
+    rules = curated.runs.set_index("file")["rule"]
+    kept, repeated = ("a.csv", "b.csv") if bad_name != "a.csv" else ("b.csv", "c.csv")
+    assert (curated.runs["verdict"] == "accepted").sum() == 12
+    assert rules[kept] == ""
+    assert rules[repeated] == "duplicate_condition"
+    if bad_name == "a.csv":
+        assert rules["a.csv"] == "odd_shape"
+    reasons = curated.quarantine.set_index("file")["reason"]
+    assert f"{kept}, which is kept" in reasons[repeated]
+
+
 def test_clean_logs_at_six_log_spaced_slips_are_accepted():
     conditions = latin()
     conditions[:, 2] = 25 + (conditions[:, 2] - 25) * 45 / 95

@@ -35,7 +35,7 @@ def test_readings_just_at_a_tolerance_of_their_set_point_pass(config: Settings, 
     points = pd.DataFrame({f"nominal_{name}": values for name, values in nominal.items()})
     for name, values in nominal.items():
         points[name] = np.round(values + side * (share[name] * values + absolute[name]), 6)
-    points = points.assign(run_id=["a", "b", "c", "d"], slide_roll_ratio=0.05)
+    points = points.assign(run_id=["a", "b", "c", "d"], slide_roll_ratio=0.05, direction=1.0)
     planned = np.arange(1, 31) / 100
     rig = rig_of(config, planned_slips=planned.tolist())
     for name in ("load", "speed", "temperature"):

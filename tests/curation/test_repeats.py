@@ -95,9 +95,106 @@ def test_repeats_are_compared_as_one_pair_after_the_other(one_run: Curated) -> N
         run_id: points_of_run[points_of_run["accepted"]].sort_values("slide_roll_ratio")
         for run_id, points_of_run in points.groupby("run_id")
     }
-    apart = difference(curves["run-0000.csv"], curves["run-0004.csv"])
+    first, odd = curves["run-0000.csv"], curves["run-0004.csv"]
+    apart = min(difference(first, odd), difference(odd, first))
     reason = curated.runs.set_index("run_id").loc["run-0004.csv", "reason"]
     assert f"differs by {apart:.1%}" in reason
+
+
+def test_runs_of_a_condition_without_a_common_slip_are_both_used() -> None:
+    """Low slips in one run and high slips in the other are no repeats of each other."""
+    low, high = (0.005, 0.01, 0.02, 0.03, 0.04, 0.05), (0.08, 0.1, 0.15, 0.2, 0.25, 0.3)
+    settings = with_repeats(bad_logs.CONFIG, "refuse")
+    slips_of_name = {"a.csv": low, "b.csv": high, "c.csv": low, "d.csv": high}
+    logs = []
+    for seed, (name, slips) in enumerate(slips_of_name.items()):
+        values = bad_logs.good((0.0, *slips, 0.0))
+        random = np.random.default_rng(seed)
+        values["traction_force"] += 0.02 * random.standard_normal(len(values["time"]))
+        logs.append((name, bad_logs.csv(values)))
+    curated = check_logs(logs, settings)
+    reason_of_run = curated.runs.set_index("run_id")["reason"]
+    assert refused_as(curated, "duplicate_condition") == ["c.csv", "d.csv"]
+    assert curated.runs["rule"].tolist()[:2] == ["", ""]
+    assert "a.csv, which is kept" in reason_of_run["c.csv"]
+    assert "b.csv, which is kept" in reason_of_run["d.csv"]
+
+
+@pytest.mark.parametrize("names", [("1.csv", "2.csv"), ("2.csv", "1.csv")])
+def test_repeat_of_few_slips_does_not_contradict_one_of_many(names: tuple[str, str]) -> None:
+    """A straight line between a slip of 1 % and one of 30 % is far below the curve."""
+    few = bad_logs.csv(bad_logs.good((0.0, 0.01, 0.3, 0.0)))
+    many = bad_logs.csv(
+        bad_logs.good((0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.0))
+    )
+    settings = with_repeats(bad_logs.CONFIG, "refuse")
+    curated = check_logs(sorted(zip(names, (few, many), strict=True)), settings)
+    assert curated.runs["rule"].tolist() == ["", "duplicate_condition"]
+
+
+def log_of(seed: int, oil: str, digits: int = 4) -> bytes:
+    """One of several tests of the same condition."""
+    values = bad_logs.good(SLIPS)
+    random = np.random.default_rng(seed)
+    values["traction_force"] += 0.02 * random.standard_normal(len(values["time"]))
+    return bad_logs.csv({**values, "load": np.round(values["load"], digits)}, oil=oil)
+
+
+@pytest.mark.parametrize(
+    "oil_of_name",
+    [
+        {"c.csv": "4102", "a.csv": "4102", "b.csv": "4102"},
+        # the samples of one oil come after those of the other
+        {"a.csv": "4102", "b.csv": "4050", "c.csv": "4102"},
+        # names of files and of folders are sorted in different ways
+        {"s-2/a.csv": "4102", "s/b.csv": "4102", "s-2/c.csv": "4102"},
+    ],
+)
+def test_copy_is_found_in_whatever_order_the_logs_come(oil_of_name: dict[str, str]) -> None:
+    names = list(oil_of_name)
+    original, _, copy = names
+    logs = []
+    for name in names:
+        seed = 1 if name in (original, copy) else 2
+        logs.append((name, log_of(seed, oil_of_name[name], digits=2 if name == copy else 4)))
+    settings = with_repeats(bad_logs.CONFIG, "accept")
+    for logs_in_order in (logs, logs[::-1], sorted(logs), sorted(logs)[::-1]):
+        curated = check_logs(logs_in_order, settings)
+        assert refused_as(curated, "duplicate_log") == [max(original, copy)]
+
+
+def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: Curated) -> None:
+    """The middle one of three runs is a copy of both others, which are no copies of each other."""
+    measured = repeats(one_run, 3, seed=8)
+    points = measured.points
+    names = list(MEASURED)
+    of_run = [points["run_id"] == f"run-{index:04d}.csv" for index in range(3)]
+    first = points.loc[of_run[0], names].to_numpy()
+    errors = points.loc[of_run[0], list(MEASURED.values())].to_numpy()
+    signs = np.where(np.arange(len(first)) % 2, 1, -1)[:, np.newaxis]
+    found = set()
+    for size in np.linspace(0.0, 1.0, 41):
+        points.loc[of_run[1], names] = first + size * signs * errors
+        points.loc[of_run[2], names] = first + 2 * size * signs * errors
+        curated = collect(measured, with_repeats(bad_logs.CONFIG, "accept"))
+        found.add(tuple(refused_as(curated, "duplicate_log")))
+    both, middle = ("run-0001.csv", "run-0002.csv"), ("run-0001.csv",)
+    # from three copies of each other to three runs
+    assert found == {both, middle, ()}
+
+
+def test_copy_is_found_among_points_in_whatever_order(one_run: Curated) -> None:
+    """Shares of a campaign and its oils come one after the other."""
+    measured = repeats(one_run, 6, seed=7)
+    points = measured.points
+    copied = points.loc[points["run_id"] == "run-0001.csv", list(MEASURED)].to_numpy()
+    points.loc[points["run_id"] == "run-0004.csv", list(MEASURED)] = copied + np.array([0.0, 1e-4])
+    settings = with_repeats(bad_logs.CONFIG, "accept")
+    by_run = [points_of_run for _, points_of_run in points.groupby("run_id")]
+    for order in ([0, 1, 2, 3, 4, 5], [4, 2, 0, 5, 1, 3], [5, 4, 3, 2, 1, 0]):
+        in_order = pd.concat([by_run[index] for index in order], ignore_index=True)
+        curated = collect(Curated(in_order, measured.runs, measured.quarantine), settings)
+        assert refused_as(curated, "duplicate_log") == ["run-0004.csv"]
 
 
 def difference(first: pd.DataFrame, later: pd.DataFrame) -> float:
@@ -106,8 +203,9 @@ def difference(first: pd.DataFrame, later: pd.DataFrame) -> float:
     for _, point in later.iterrows():
         slip = point["slide_roll_ratio"]
         slips = first["slide_roll_ratio"]
-        smallest = max(slips.min(), bad_logs.CONFIG.gates.sign_slip_min)
-        if not smallest <= slip <= slips.max():
+        # the slips of a level scatter
+        smallest = max(slips.min() / 1.02, bad_logs.CONFIG.gates.sign_slip_min)
+        if not smallest <= slip <= 1.02 * slips.max():
             continue
         mu = np.interp(slip, slips, first["traction_coefficient"])
         error = np.interp(slip, slips, first["traction_coefficient_se"])

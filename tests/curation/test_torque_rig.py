@@ -65,6 +65,20 @@ def test_a_level_too_short_to_settle_is_listed_and_costs_no_other(config, rows):
     assert re.search(r"2\.[123] s", refusal["reason"])
 
 
+@pytest.mark.parametrize("stop_rows", [60, 160])
+def test_torque_of_a_stop_in_the_middle_is_no_torque_of_a_speed(config, stop_rows):
+    levels = np.repeat([0, 1, 2, 0, 3, 0], [120, 160, 160, stop_rows, 160, 120])
+    torque = np.array([0.0, 2.0, 3.0, 5.0])[levels]
+    # static friction holds 0.8 N m
+    torque[440 : 440 + stop_rows] = 0.8
+    runs, refused = measured(
+        [("a.csv", text(torque_logs.measured(3000.0 * levels, torque, 1)))], config
+    )
+    assert refused.empty
+    assert runs["inner_speed_rpm"].round(-1).tolist() == [3000, 6000, 9000]
+    assert runs["accepted"].all()
+
+
 @pytest.mark.parametrize("acceleration_rpm_s", [100, 1000])
 def test_ramps_between_levels_are_no_part_of_them(config, acceleration_rpm_s):
     levels, held_s = [3000.0, 6000.0, 9000.0], 20

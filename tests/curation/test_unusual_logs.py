@@ -119,6 +119,18 @@ def test_slow_channel_that_is_written_in_few_rows_is_no_hole(every: int) -> None
     assert "missing_readings" in rules(curated)
 
 
+def test_log_with_every_third_row_unusable_is_judged_on_the_others() -> None:
+    """Steps of one row and of two occur equally often: their median, 1.5, does not occur."""
+    head, names, rows = csv(good(SWEEP)).partition(b"inlet_temperature [degC]\n")
+    lines = rows.splitlines(keepends=True)
+    lines[2::3] = [b",,,,,\n"] * len(lines[2::3])
+    # the last row is used: as many steps of two rows as of one
+    lines = lines[: len(lines) // 3 * 3 - 2]
+    curated = check_logs([("log", head + names + b"".join(lines))], CONFIG)
+    assert curated.runs["verdict"].tolist() == ["accepted"]
+    assert set(rules(curated)) == {"unreadable_row"}
+
+
 def test_channel_that_is_renewed_in_every_fourth_row_and_freezes_is_refused() -> None:
     values = held_for(good(SWEEP), "ball_speed", 4)
     values["ball_speed"][520:] = values["ball_speed"][520]

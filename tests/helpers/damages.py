@@ -218,7 +218,7 @@ GOOD_POINT = {
     **dict.fromkeys(("entrainment_speed_m_s", "nominal_entrainment_speed_m_s"), 30.0),
     **dict.fromkeys(("inlet_temperature_c", "nominal_inlet_temperature_c"), 70.0),
     **dict.fromkeys(("measured_film_thickness_um", "force_asymmetry"), np.nan),
-    **{"run_id": "run", "n_samples": 50, "n_spikes": 0, "duration_s": 1.2},
+    **{"run_id": "run", "direction": 1.0, "n_samples": 50, "n_spikes": 0, "duration_s": 1.2},
     **{"slide_roll_ratio": 0.15, "traction_coefficient": 0.02, "traction_force_n": 1.6},
     **{"film_judgement": "full film", "lambda_ratio": 5.0},
 }

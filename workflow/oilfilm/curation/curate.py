@@ -7,7 +7,7 @@ Runs that repeat each other are copies, conditions run twice, or wrong labels. A
 accepted runs of a campaign with each other. If several runs of a condition can be right, the first
 by name is kept. Two runs that contradict each other are both refused. Of three or more, a run is
 refused if most of the others contradict it. Then the shape of each curve is judged beside the
-others (`curve_shapes`).
+others (`curve_shapes`). If this refuses a run that was kept, the next one that repeats it is kept.
 
 Decides: when a run repeats an earlier one, and which of them is kept; warnings about a run beside
 the others of its rig.
@@ -26,13 +26,12 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, judged_shapes
+from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, ShapeVerdicts, judged_shapes
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.curation.hypotheses import RULES_WITH_HIDDEN_CAUSE, Hypothesis
 from oilfilm.curation.measure import measure
 from oilfilm.curation.plateau_gates import (
     controlled_speeds,
-    held_speed,
     judge_plateaus,
     quarantine_rows,
     refusals_of_unusable_runs,
@@ -65,6 +64,8 @@ _FULL_SCALE_KEY_OF_COLUMN = {
     "entrainment_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
+# Two measured slips of one set slip differ by less than this ratio.
+_SAME_SLIP_RATIO = 1.02
 # Columns of the points in which a copy repeats the noise of its original.
 _MEAN_COLUMNS = ["slide_roll_ratio", "traction_coefficient"]
 _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
@@ -72,14 +73,27 @@ _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
 _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
-def refusals_of_repeats(
+class _Repeat(NamedTuple):
+    """A run that repeats or contradicts others.
+
+    Attributes:
+        refusal: Its refusal.
+        kept_id: Id of the run that is kept in its place; empty where none is.
+    """
+
+    refusal: Refusal
+    kept_id: str = ""
+
+
+def _repeats(
     campaign_tables: CampaignTables,
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> list[Refusal]:
-    """Refusals of accepted runs that repeat or contradict others, those of copies first.
+) -> dict[str, _Repeat]:
+    """Id of a run -> its refusal, of accepted runs that repeat or contradict others.
 
+    Copies come first.
     A torque rig may measure a condition again, and so may a campaign that declares repeats.
 
     Args:
@@ -88,17 +102,19 @@ def refusals_of_repeats(
         rig_class: The class of the kind of rig.
         settings: Settings of the campaign.
     """
-    remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(["file", "run_id"])
-    refusal_of_run: dict[str, Refusal] = {}
-    for refusal in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
-        refusal_of_run.setdefault(refusal.run_id, refusal)
+    remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(
+        ["file", "run_id"], ignore_index=True
+    )
+    repeat_of_run: dict[str, _Repeat] = {}
+    for repeat in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
+        repeat_of_run.setdefault(repeat.refusal.run_id, repeat)
     if rig_class.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
-        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(refusal_of_run)]
-        refusal_of_run |= {
-            refusal.run_id: refusal
-            for refusal in _refusals_of_same_conditions(campaign_tables, remaining_runs, settings)
+        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(repeat_of_run)]
+        repeat_of_run |= {
+            repeat.refusal.run_id: repeat
+            for repeat in _refusals_of_same_conditions(campaign_tables, remaining_runs, settings)
         }
-    return list(refusal_of_run.values())
+    return repeat_of_run
 
 
 def _refusals_of_same_readings(
@@ -106,27 +122,34 @@ def _refusals_of_same_readings(
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> Iterator[Refusal]:
+) -> Iterator[_Repeat]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_class, settings))
+    # the verdicts on all earlier runs are known when a later one is judged
+    pairs.sort(key=lambda pair: (pair[1].Index, pair[0].Index))
+    refused_ids: set[str] = set()
     for first_run, later_run in pairs:
-        if first_run.oil == later_run.oil:
-            yield refusal_by("duplicate_log", run_id=later_run.run_id, kept=first_run.run_id)
+        is_of_refused_run = first_run.run_id in refused_ids
+        if first_run.oil == later_run.oil and not is_of_refused_run:
+            refused_ids.add(later_run.run_id)
+            kept_id = first_run.run_id
+            refusal = refusal_by("duplicate_log", run_id=later_run.run_id, kept=kept_id)
+            yield _Repeat(refusal, kept_id)
     for pair in pairs:
         for refused_run, other_run in (pair, pair[::-1]):
             if refused_run.oil != other_run.oil:
                 fields = dict(other_id=other_run.run_id, other_oil=other_run.oil)
-                yield refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
+                yield _Repeat(refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields))
 
 
 def _refusals_of_same_conditions(
     campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
-) -> Iterator[Refusal]:
+) -> Iterator[_Repeat]:
     """Refusals of runs that contradict others of their condition, and of all others but the first.
 
     Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
     more runs, one may be odd at a smaller difference. It is odd if the others agree far better with
-    each other than with it.
+    each other than with it. Runs without a common slip are not compared, and all of them are kept.
     """
     gates = settings.gates
     allowed_difference = gates.repeat_difference_max
@@ -134,11 +157,17 @@ def _refusals_of_same_conditions(
         kept_index: list[int] = []
         largest_differences_of_others = _largest_difference_of_others(differences)
         for run_index, run_id in enumerate(run_ids):
-            other_index = np.delete(np.arange(len(run_ids)), run_index)
+            is_compared = np.isfinite(differences[run_index])
+            is_compared[run_index] = False
+            other_index = np.flatnonzero(is_compared)
+            if len(other_index) == 0:
+                kept_index.append(run_index)
+                continue
             differences_to_others = differences[run_index, other_index]
             largest_difference_of_others = largest_differences_of_others[run_index]
+            has_several_others = len(other_index) > 1 and np.isfinite(largest_difference_of_others)
             odd_limit = allowed_difference
-            if len(other_index) > 1:
+            if has_several_others:
                 odd_limit = max(
                     gates.repeat_odd_min, gates.repeat_odd_factor * largest_difference_of_others
                 )
@@ -154,7 +183,7 @@ def _refusals_of_same_conditions(
                 else ""
             )
             agree = ""
-            if len(other_index) > 1:
+            if has_several_others:
                 agree = f"; the others agree within {largest_difference_of_others:.1%}"
             fields = dict(
                 other_id=run_ids[contradicting_index[0]],
@@ -163,26 +192,53 @@ def _refusals_of_same_conditions(
                 agree=agree,
                 allowed=min(odd_limit, allowed_difference),
             )
-            yield refusal_by("conflicting_condition", run_id=run_id, **fields)
-        for later_index in kept_index[1:]:
-            fields = dict(
-                kept=run_ids[kept_index[0]], apart=differences[kept_index[0], later_index]
-            )
-            yield refusal_by("duplicate_condition", run_id=run_ids[later_index], **fields)
+            yield _Repeat(refusal_by("conflicting_condition", run_id=run_id, **fields))
+        yield from _refusals_of_later_runs(run_ids, differences, kept_index)
+
+
+def _refusals_of_later_runs(
+    run_ids: list[str], differences: FloatArray, index_without_conflict: list[int]
+) -> Iterator[_Repeat]:
+    """Refusals of runs that repeat an earlier one of their condition, which is kept.
+
+    Args:
+        run_ids: Ids of the runs of a condition, in the order of names.
+        differences: Differences of the runs, as `_curve_differences` gives them.
+        index_without_conflict: Indices of the runs that the others do not contradict, ascending.
+    """
+    kept_index: list[int] = []
+    for run_index in index_without_conflict:
+        for earlier_index in kept_index:
+            apart = differences[earlier_index, run_index]
+            if np.isfinite(apart):
+                kept_id = run_ids[earlier_index]
+                fields = dict(kept=kept_id, apart=apart)
+                refusal = refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
+                yield _Repeat(refusal, kept_id)
+                break
+        else:
+            kept_index.append(run_index)
 
 
 def _largest_difference_of_others(differences: FloatArray) -> FloatArray:
     """For each run, the largest difference between two of the other runs, shape (n,).
 
+    It is -inf where no two of them are compared.
+
     Args:
-        differences: Differences of n runs, shape (n, n), symmetric.
+        differences: Differences of n runs, shape (n, n), symmetric; NaN where they are unknown.
     """
     run_count = len(differences)
-    largest_of_others = np.full(run_count, differences.max())
+    known_differences = np.where(np.isnan(differences), -np.inf, differences)
+    # no run is compared with itself
+    np.fill_diagonal(known_differences, -np.inf)
+    largest_of_others = np.full(run_count, known_differences.max())
     # only the two runs that are farthest apart have another largest difference
-    for run_index in np.unravel_index(np.argmax(differences), differences.shape):
+    for run_index in np.unravel_index(np.argmax(known_differences), differences.shape):
         other_index = np.delete(np.arange(run_count), run_index)
-        largest_of_others[run_index] = differences[np.ix_(other_index, other_index)].max()
+        largest_of_others[run_index] = known_differences[np.ix_(other_index, other_index)].max(
+            initial=-np.inf
+        )
     return largest_of_others
 
 
@@ -262,8 +318,11 @@ def _pairs_with_same_readings(
             compared_points = points[_is_point_of_runs(points, run_ids) & has_errors]
             last_points.append(compared_points.groupby("run_id").tail(copy_settings.plateaus + 1))
         points_of_all = pd.concat(last_points, ignore_index=True)
-        for first_id, later_id in _pairs_with_same_noise(points_of_all, copy_settings):
-            yield run_of_id[first_id], run_of_id[later_id]
+        for pair_ids in _pairs_with_same_noise(points_of_all, copy_settings):
+            first_run, later_run = sorted(
+                (run_of_id[run_id] for run_id in pair_ids), key=lambda run: run.Index
+            )
+            yield first_run, later_run
 
 
 def _is_point_of_runs(points: pd.DataFrame, run_ids: pd.Index) -> BoolArray:
@@ -283,6 +342,8 @@ def _pairs_with_same_noise(
     they are rounded or cut off at other rows. The last plateaus of both runs are compared, without
     the very last one: it ends with the log, or with a step that is found to within a few rows.
     """
+    # the rows of each run in the order of the ids that `groupby` gives
+    points = points.sort_values("run_id", kind="stable", ignore_index=True)
     points_by_run = points.groupby("run_id")
     point_counts = points_by_run.size()
     run_ids = point_counts.index[point_counts > copy_settings.plateaus]
@@ -352,6 +413,7 @@ class _Curve(NamedTuple):
 def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatArray:
     """Median relative difference of each two curves over the slips that both have.
 
+    One curve is interpolated at the slips of the other, and the smaller of both differences counts.
     Twice the standard error of each difference is subtracted where it is known.
 
     Args:
@@ -359,36 +421,32 @@ def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatA
         smallest_slip: Smaller slips are not compared.
 
     Returns:
-        Shape (n, n), symmetric; 0 where two curves have no slips in common.
+        Shape (n, n), symmetric; NaN where no slip of one curve is among those of the other.
     """
-    differences = np.zeros((len(curves), len(curves)))
-    point_counts = np.array([len(curve.slip) for curve in curves])
     slip_of_curves = np.concatenate([curve.slip for curve in curves])
     mu_of_curves = np.concatenate([curve.mu for curve in curves])
     mu_se_of_curves = np.concatenate([curve.mu_se for curve in curves])
-    for curve_index, (slip, mu, mu_se) in enumerate(curves[:-1]):
-        # the curves behind it, one after the other
-        later_points = slice(point_counts[: curve_index + 1].sum(), None)
-        later_slip = slip_of_curves[later_points]
-        is_shared = (later_slip >= max(slip.min(), smallest_slip)) & (later_slip <= slip.max())
-        later_slip = later_slip[is_shared]
-        later_mu = mu_of_curves[later_points][is_shared]
-        expected_mu = np.interp(later_slip, slip, mu)
-        expected_se = np.interp(later_slip, slip, mu_se)
-        error = np.nan_to_num(2 * np.hypot(mu_se_of_curves[later_points][is_shared], expected_se))
-        excess = np.maximum(np.abs(later_mu - expected_mu) - error, 0.0)
-        mean_size = (np.abs(later_mu) + np.abs(expected_mu)) / 2
-        curve_of_point = np.repeat(
-            np.arange(curve_index + 1, len(curves)), point_counts[curve_index + 1 :]
-        )
-        curve_of_point = curve_of_point[is_shared]
+    curve_of_all_points = np.repeat(np.arange(len(curves)), [len(curve.slip) for curve in curves])
+    # from the row's curve, interpolated, to the points of the column's
+    differences = np.full((len(curves), len(curves)), np.nan)
+    for curve_index, (slip, mu, mu_se) in enumerate(curves):
+        is_shared = slip_of_curves >= max(slip.min() / _SAME_SLIP_RATIO, smallest_slip)
+        is_shared &= slip_of_curves <= slip.max() * _SAME_SLIP_RATIO
+        shared_slip = slip_of_curves[is_shared]
+        shared_mu = mu_of_curves[is_shared]
+        expected_mu = np.interp(shared_slip, slip, mu)
+        expected_se = np.interp(shared_slip, slip, mu_se)
+        error = np.nan_to_num(2 * np.hypot(mu_se_of_curves[is_shared], expected_se))
+        excess = np.maximum(np.abs(shared_mu - expected_mu) - error, 0.0)
+        mean_size = (np.abs(shared_mu) + np.abs(expected_mu)) / 2
+        curve_of_point = curve_of_all_points[is_shared]
         compared_curves, start_index = np.unique(curve_of_point, return_index=True)
-        stretches = Stretches(start_index, np.append(start_index[1:], len(curve_of_point)))
-        medians = stretches.medians(excess / mean_size) if len(compared_curves) else 0.0
-        differences[curve_index, compared_curves] = differences[compared_curves, curve_index] = (
-            medians
-        )
-    return differences
+        if len(compared_curves):
+            stretches = Stretches(start_index, np.append(start_index[1:], len(curve_of_point)))
+            differences[curve_index, compared_curves] = stretches.medians(excess / mean_size)
+    # a curve of few slips is no curve between them: the other one is interpolated
+    smaller_differences: FloatArray = np.minimum(differences, differences.T)
+    return smaller_differences
 
 
 def _curve_of_run(points: pd.DataFrame) -> _Curve:
@@ -536,12 +594,19 @@ def _speed_warnings(
     points_off = pd.concat([part[part["run_id"].isin(ids_of_runs_off)] for part in read_points()])
     for run_id, points_of_run in points_off[points_off["accepted"]].groupby("run_id"):
         entrainment_speed_m_s = points_of_run["entrainment_speed_m_s"]
-        held_speed_m_s = held_speed(points_of_run)
-        speed_by_name = controlled_speeds(points_of_run).items()
-        speed_name = next(name for name, speed in speed_by_name if speed.equals(held_speed_m_s))
+        set_speed_m_s = set_speed_of_run[run_id]
+        # the gate `speed_off_nominal` has accepted the points: one of the speeds is the set one
+        largest_deviation_by_name = {
+            name: float((speed - set_speed_m_s).abs().max())
+            for name, speed in controlled_speeds(points_of_run).items()
+        }
+        speed_name = min(largest_deviation_by_name, key=largest_deviation_by_name.__getitem__)
+        if exceeds(largest_deviation_by_name[speed_name], gates.speed_tolerance * set_speed_m_s):
+            # which body is faster changes with the direction of slip, which points do not have
+            speed_name = "speed of one body, in both directions of slip,"
         fields = dict(
             control=speed_name,
-            set=set_speed_of_run[run_id],
+            set=set_speed_m_s,
             least=entrainment_speed_m_s.min(),
             most=entrainment_speed_m_s.max(),
         )
@@ -575,7 +640,10 @@ def _channel_warnings(
                 "size": ranges_by_run["size"].sum(),
             }
         )
-        judged_ranges = ranges[ranges["size"] >= gates.constant_channel_plateaus]
+        # a run without this channel has no range
+        judged_ranges = ranges[
+            (ranges["size"] >= gates.constant_channel_plateaus) & ranges["min"].notna()
+        ]
         is_constant = pd.Series(
             reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index
         )
@@ -972,19 +1040,37 @@ def compare_runs(
         rig_class: The class of the kind of rig.
     """
     runs, quarantine = campaign_tables.runs, campaign_tables.quarantine
-    refusals = refusals_of_repeats(campaign_tables, runs, rig_class, settings)
-    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
+    repeat_of_run = _repeats(campaign_tables, runs, rig_class, settings)
+    refusal_of_run = {run_id: repeat.refusal for run_id, repeat in repeat_of_run.items()}
     shape_warnings: list[RunWarning] = []
+    ids_to_judge: set[str] = set()
     if rig_class.name == TRACTION_KIND:
-        shape_refusals: list[Refusal] = []
-        for oil_name in sorted(set(runs.loc[runs["verdict"] == "accepted", "oil"])):
-            shapes = judged_shapes(
-                campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
-            )
-            shape_refusals += shapes.refusals
-            shape_warnings += shapes.warnings
-        runs, quarantine = _with_refused_runs(runs, quarantine, shape_refusals, rig_class)
-        refusals += shape_refusals
+        ids_to_judge = set(runs.loc[runs["verdict"] == "accepted", "run_id"]) - set(refusal_of_run)
+    while ids_to_judge:
+        remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
+        shapes = _shapes_of_runs(campaign_tables, remaining_runs, ids_to_judge)
+        shape_warnings += shapes.warnings
+        odd_ids = {refusal.run_id for refusal in shapes.refusals}
+        refusal_of_run |= {refusal.run_id: refusal for refusal in shapes.refusals}
+        # a repeat is used after all if the run that was kept in its place is refused
+        ids_to_judge = {
+            run_id for run_id, repeat in repeat_of_run.items() if repeat.kept_id in odd_ids
+        }
+        for run_id in ids_to_judge:
+            del refusal_of_run[run_id], repeat_of_run[run_id]
+        if ids_to_judge:
+            remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
+            repeats_without_odd = _repeats(campaign_tables, remaining_runs, rig_class, settings)
+            repeat_of_run |= repeats_without_odd
+            refusal_of_run |= {
+                run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()
+            }
+            ids_to_judge -= set(refusal_of_run)
+    shape_warnings = [
+        (run_id, sentence) for run_id, sentence in shape_warnings if run_id not in refusal_of_run
+    ]
+    refusals = list(refusal_of_run.values())
+    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
     runs = with_campaign_warnings(runs, campaign_tables, rig_class, settings, shape_warnings)
     order_columns = ["file", "run_id", "first_row", "rule"]
     return ComparedRuns(
@@ -993,6 +1079,28 @@ def compare_runs(
         refusals,
         rig_class,
     )
+
+
+def _shapes_of_runs(
+    campaign_tables: CampaignTables, runs: pd.DataFrame, run_ids: set[str]
+) -> ShapeVerdicts:
+    """The verdicts on the shapes of some runs, each beside all other accepted ones of its oil.
+
+    Args:
+        campaign_tables: The table `points`.
+        runs: Table of runs that no comparison has refused.
+        run_ids: Ids of the runs that are judged.
+    """
+    verdicts = ShapeVerdicts()
+    for oil_name in sorted(set(runs.loc[runs["run_id"].isin(run_ids), "oil"])):
+        shapes = judged_shapes(campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs)
+        verdicts.refusals.extend(
+            refusal for refusal in shapes.refusals if refusal.run_id in run_ids
+        )
+        verdicts.warnings.extend(
+            (run_id, sentence) for run_id, sentence in shapes.warnings if run_id in run_ids
+        )
+    return verdicts
 
 
 def _with_refused_runs(

@@ -21,6 +21,7 @@ from oilfilm.base.units import BoolArray
 from oilfilm.curation.gate import RULES, Gate, Gates, PlateauJudge, refusal_by, unit_hint
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
+from oilfilm.curation.zero import DIRECTION
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
@@ -66,6 +67,11 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     the slip, which is not wrong. The speed that scatters least is the held one.
     """
     speeds = pd.DataFrame(controlled_speeds(points))
+    # ball and disc exchange their speeds where the slip changes its direction
+    signed_half_slip = points[DIRECTION] * points["slide_roll_ratio"] / 2
+    mean_speed = points["entrainment_speed_m_s"]
+    speeds["one body"] = mean_speed * (1 + signed_half_slip)
+    speeds["other body"] = mean_speed * (1 - signed_half_slip)
     run_id = points["run_id"]
     deviation = (speeds - speeds.groupby(run_id).transform("median")).abs()
     scatter = deviation.groupby(run_id).transform("median").fillna(np.inf)

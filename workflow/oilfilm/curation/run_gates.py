@@ -210,8 +210,12 @@ def _is_sliding(run: Run, rig_kind: TractionRig) -> BoolArray:
 
 
 def _median_traction_coefficient(run: Run, rig_kind: TractionRig) -> float:
-    """Median size of the traction coefficient of the sliding plateaus."""
-    return median(np.abs(run.plateaus["traction_coefficient"][_is_sliding(run, rig_kind)]))
+    """Median size of the traction coefficient of the sliding plateaus.
+
+    A plateau without load has no traction coefficient, and is left out.
+    """
+    mu = run.plateaus["traction_coefficient"][_is_sliding(run, rig_kind)]
+    return median(np.abs(mu[np.isfinite(mu)]))
 
 
 @gate
@@ -292,12 +296,15 @@ def _branches_in_direction(
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Rising slips and traction coefficients of each branch of a sweep, in one direction of slip.
 
-    A sweep turns back at its inner extreme: one branch ends there, and another begins. With fewer
-    than `branch_points` plateaus on either side of the extreme, the sweep has one branch.
+    A sweep turns back at its inner extreme: one branch ends there, and another begins. The one with
+    rising slip is the first of the two. With fewer than `branch_points` plateaus on either side of
+    the extreme, the sweep has one branch.
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
+    # rolling before and after a sweep is no turn of it
+    is_judged &= slip > rig_kind.zero_settings.max_slide_roll_ratio
     slip = slip[is_judged]
     mu = mu[is_judged]
     fewest_plateaus = rig_kind.gates.branch_points
@@ -308,6 +315,9 @@ def _branches_in_direction(
         turn_index = int(extreme_index[np.argmax(distance_from_end)])
         if distance_from_end.max() >= fewest_plateaus:
             slices_of_branches = [slice(turn_index + 1), slice(turn_index, None)]
+            if slip[turn_index] == slip.min():
+                # the slip falls first
+                slices_of_branches.reverse()
     branches = []
     for rows in slices_of_branches:
         order_by_slip = np.argsort(slip[rows], kind="stable")
@@ -353,7 +363,12 @@ def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 @gate
 def stuck_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
-    """The sensor gives exactly the same reading again and again."""
+    """The sensor gives exactly the same reading again and again.
+
+    Settled readings are means without noise: those of a flat curve may be equal.
+    """
+    if _is_settled(run):
+        return
     values = run.turning_signals[run.rig_kind.sensor.column]
     start, stop = _long_hold(values, run, rig_kind)
     if start == stop:
@@ -440,7 +455,7 @@ def branches_differ(run: Run, rig_kind: TractionRig) -> RefusalFields:
 
 
 def _branch_differences(run: Run, rig_kind: TractionRig) -> tuple[FloatArray, FloatArray]:
-    """Differences of mu between the two branches of a sweep, and mu, both of shape (slips,).
+    """Rising branch less falling branch of a sweep in mu, and mu, both of shape (slips,).
 
     Only the slips that both branches reach are compared. Both arrays are empty where the sweep has
     one branch.
@@ -605,8 +620,9 @@ def uneven_clock(run: Run, rig_kind: RigKind) -> RefusalFields:
     row_steps = np.diff(row_numbers)
     if len(gaps_s) < _FEWEST_CHANGES:
         return
-    # neighbours: no row between them was refused
-    is_between_neighbours = row_steps == np.median(row_steps)
+    # neighbours: no row between them was refused. The lower median is a step that occurs
+    usual_step = np.sort(row_steps)[(len(row_steps) - 1) // 2]
+    is_between_neighbours = row_steps == usual_step
     interval_s = run.signals.interval_s
     deviation_s = np.where(is_between_neighbours, np.abs(gaps_s - interval_s), 0.0)
     usual_deviation_s = float(np.quantile(deviation_s[is_between_neighbours], _LARGEST_QUANTILE))

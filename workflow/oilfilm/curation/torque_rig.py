@@ -90,7 +90,9 @@ class TorqueRig(RigKind):
         turning_index = np.flatnonzero(is_turning)
         start = int(turning_index[0])
         stop = int(turning_index[-1]) + 1
-        starts, stops, short_level_refusals = _levels(signals, start, stop, self.plateau_settings)
+        starts, stops, short_level_refusals = _levels(
+            signals, start, stop, self.plateau_settings, self.zero_settings.max_speed_rpm
+        )
         return Division(
             signals,
             starts,
@@ -132,15 +134,22 @@ class TorqueRig(RigKind):
 
 
 def _levels(
-    signals: Signals, turning_start: int, turning_stop: int, settings: TorquePlateauSettings
+    signals: Signals,
+    turning_start: int,
+    turning_stop: int,
+    settings: TorquePlateauSettings,
+    standstill_rpm: float,
 ) -> tuple[IndexArray, IndexArray, list[Refusal]]:
     """Starts and stops of settled levels of speed, and the levels that were held too briefly.
+
+    A stop between two levels is no level: static friction may hold any torque there.
 
     Args:
         signals: The run.
         turning_start: Index of the first sample at which the bearing turns.
         turning_stop: Index after the last such sample.
         settings: `plateaus` of config's torque_logs.
+        standstill_rpm: Largest speed of a bearing that stands still.
     """
     speed_rpm = signals["inner_speed_rpm"][turning_start:turning_stop]
     interval_s = signals.interval_s
@@ -159,8 +168,10 @@ def _levels(
     has_settled = stops - starts > 1
     short_level_refusals: list[Refusal] = []
     level_edges = pairwise([0, *steps, len(speed_rpm)])
-    for (start, stop), has_level_settled in zip(level_edges, has_settled, strict=True):
-        if has_level_settled or stop <= start:
+    is_turning = np.ones(len(starts), dtype=bool)
+    for level_index, (start, stop) in enumerate(level_edges):
+        is_turning[level_index] = median(np.abs(speed_rpm[start:stop])) > standstill_rpm
+        if has_settled[level_index] or not is_turning[level_index]:
             continue
         # on a ramp hardly any row is near the median one
         if _is_near_median(speed_rpm[start:stop], settings).mean() > 1 / 3:
@@ -170,8 +181,8 @@ def _levels(
                 )
             )
     return (
-        turning_start + starts[has_settled],
-        turning_start + stops[has_settled],
+        turning_start + starts[has_settled & is_turning],
+        turning_start + stops[has_settled & is_turning],
         short_level_refusals,
     )
 

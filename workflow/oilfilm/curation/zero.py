@@ -325,7 +325,9 @@ def force_left_refusal(
     threshold = curation.spikes.threshold
     zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
-    is_rolling = slip <= significant_errors * plateaus["slide_roll_ratio_se"]
+    # where the slip is noisy, one that is not significant may still have traction
+    is_rolling = slip <= curation.zero_reference.max_slide_roll_ratio
+    is_rolling &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
     places_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
@@ -458,7 +460,9 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
             allowed=allowed_n[first_beyond],
         )
     offset_mu = zero_of_directions(run.plateaus)
-    allowed_mu = median(allowed_zero_n / load_n)
+    # a reading without load has no traction coefficient
+    has_mu = np.isfinite(mu)
+    allowed_mu = median(allowed_zero_n[has_mu] / load_n[has_mu])
     if abs(offset_mu) > allowed_mu:
         return refusal_by("zero_left", "zero_left_in_directions", mu=offset_mu, allowed=allowed_mu)
     return None
@@ -501,7 +505,8 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     The slope of a saturating curve falls exponentially. It is extrapolated from two chords: from
     that slip to the nearest level, and from there to the next level. It is at most ten times the
     first chord. Ten times the first chord is taken where the curve has saturated at its nearest
-    level, and where there is no next level.
+    level, and where there is no next level. It is never below a chord to any level, because a
+    saturating curve is steepest at its beginning.
 
     Args:
         slip: Slide-roll ratio of each plateau, shape (n,).
@@ -525,6 +530,8 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     mu_size = mu_size[is_usable]
     if len(slip_distance) == 0:
         return 0.0
+    # the nearest level may have no traction but rounding
+    steepest_chord = float((mu_size / slip_distance).max())
     is_nearest = reaches(_SAME_LEVEL_RATIO * slip_distance.min(), slip_distance)
     nearest_slip_distance = slip_distance[is_nearest].mean()
     nearest_mu_size = mu_size[is_nearest].mean()
@@ -532,14 +539,15 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     slip_distance = slip_distance[~is_nearest]
     mu_size = mu_size[~is_nearest]
     if len(slip_distance) == 0:
-        return float(_STEEPEST_RATIO * chord)
+        return max(float(_STEEPEST_RATIO * chord), steepest_chord)
     is_following = reaches(_SAME_LEVEL_RATIO * slip_distance.min(), slip_distance)
     distance_to_next_level = slip_distance[is_following].mean() - nearest_slip_distance
     next_chord = (mu_size[is_following] - nearest_mu_size).mean() / distance_to_next_level
     if next_chord <= 0:
-        return float(_STEEPEST_RATIO * chord)
+        return max(float(_STEEPEST_RATIO * chord), steepest_chord)
     # from the middle of the first chord back to the middle between no slip and that of the zero
     exponent = (nearest_slip_distance + abs(at_slip)) / (
         nearest_slip_distance + distance_to_next_level
     )
-    return float(chord * np.clip((chord / next_chord) ** exponent, 1, _STEEPEST_RATIO))
+    slope = float(chord * np.clip((chord / next_chord) ** exponent, 1, _STEEPEST_RATIO))
+    return max(slope, steepest_chord)
