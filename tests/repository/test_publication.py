@@ -125,6 +125,16 @@ def copied() -> list[str]:
     return [line.removeprefix("!") for line in lines if line.startswith("!")]
 
 
+def test_image_gets_every_file_that_the_wheel_ships() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    shipped = project["tool"]["hatch"]["build"]["targets"]["wheel"]["force-include"]
+    assert shipped
+    lost = [
+        path for path in shipped if not any(Path(path).is_relative_to(name) for name in copied())
+    ]
+    assert lost == []
+
+
 @pytest.mark.parametrize("recipe", ["Dockerfile", "apptainer.def"])
 def test_base_image_is_named_by_its_digest(recipe: str) -> None:
     text = (CONTAINERS / recipe).read_text(encoding="utf-8")

@@ -23,6 +23,7 @@ IN_SMALL = {
     r"(snakemake release)( --config campaign=june)?": r"\1 --config campaign=small",
     r"diff A B": "diff results/releases/small/latest results/releases/small/latest",
     r"~/\.ssh/id_ed25519": "ada",
+    r"(oilfilm bearing\b)(?!.*--results)": r"\1 --results results/small",
     # it has no bearing
     r"(--for cage-slip)": r"\1 --bearing mainshaft-167 --duty 20kN,10000rpm,100degC",
     # the packages would need a network: those that are installed take their place

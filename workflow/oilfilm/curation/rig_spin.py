@@ -115,7 +115,7 @@ def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: fl
 
 
 def _relative_correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) -> FloatArray:
-    """Correction at the lowest slip; NaN where few points are near it or the formula fails.
+    """Correction at the lowest slip; NaN where few slips are near it or the formula fails.
 
     The logarithm of mu is taken as a polynomial in that of the slip.
     """
@@ -123,7 +123,12 @@ def _relative_correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) 
     if is_near.sum() < _FEWEST_NEAR_POINTS:
         return np.asarray(np.nan)
     degree = 2 if is_near.sum() > _FEWEST_NEAR_POINTS else 1
-    coefficients = np.polyfit(np.log(slip[is_near] / slip[0]), np.log(mu[is_near]), degree)
+    coefficients, _, rank, _, _ = np.polyfit(
+        np.log(slip[is_near] / slip[0]), np.log(mu[is_near]), degree, full=True
+    )
+    if rank <= degree:
+        # the slips of the points are nearly equal
+        return np.asarray(np.nan)
     exponent = coefficients[-2]
     exponent_slope = 2 * coefficients[0] if degree == 2 else 0.0
     mu_at_lowest = np.exp(coefficients[-1])

@@ -70,9 +70,9 @@ class LoggedColumn:
         Args:
             logged_numbers: Numbers as logged, shape (rows,); NaN where a cell has none.
         """
-        # the extremes are tested first: NaN and infinity show in their sum
-        are_all_finite = len(logged_numbers) > 0 and np.isfinite(
-            logged_numbers.min() + logged_numbers.max()
+        # the extremes are tested first: they are NaN or infinite where a number is
+        are_all_finite = len(logged_numbers) > 0 and bool(
+            np.isfinite([logged_numbers.min(), logged_numbers.max()]).all()
         )
         numbers = logged_numbers if are_all_finite else logged_numbers[np.isfinite(logged_numbers)]
         extremes = np.array([np.nan, np.nan])
