@@ -236,20 +236,27 @@ def stated_unit(name: str) -> tuple[str, str]:
         ('speed', 'm/s')
         >>> stated_unit("Temp °C")
         ('Temp', '°C')
+        >>> stated_unit("time_min"), stated_unit("Time / min"), stated_unit("load_min")
+        (('time', 'min'), ('Time', 'min'), ('load_min', ''))
     """
     bare_name, unit = split_unit(name.strip())
     if unit:
         return bare_name, unit
     for separator in (" / ", " in ", ", "):
         name_before, separator_found, unit_after = bare_name.rpartition(separator)
-        if separator_found and _is_any_unit(unit_after.strip()):
-            return name_before.strip(), unit_after.strip()
+        unit = unit_after.strip()
+        if separator_found and (unit in _UNITS_OF_TIME or _is_any_unit(unit)):
+            return name_before.strip(), unit
     if bare_name.endswith("%"):
         return bare_name[:-1].strip(), "%"
     plain_name = plain_key(bare_name)
     for ending, unit in _UNIT_OF_KEY_ENDING.items():
         if plain_name.endswith(f"_{ending}") and " " not in bare_name.strip():
             return bare_name[: -len(ending) - 1], unit
+    name_before, separator_found, ending = bare_name.strip().rpartition("_")
+    # `load_min` is the smallest load
+    if separator_found and ending in _UNITS_OF_TIME and "time" in concepts_in(name_before):
+        return name_before, ending
     words = bare_name.split()
     if len(words) > 1 and words[-1] == "N":
         return " ".join(words[:-1]), "N"
@@ -266,6 +273,8 @@ def stated_unit(name: str) -> tuple[str, str]:
     return bare_name, ""
 
 
+# Units of a time behind a slash, a comma or `in`, and at the end of a key.
+_UNITS_OF_TIME = ("s", "ms", "min", "h")
 # Ends of names that are written like keys, as `speed_m_s`.
 _UNIT_OF_KEY_ENDING = {
     "mm_s": "mm/s",
