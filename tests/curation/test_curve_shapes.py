@@ -245,3 +245,17 @@ def test_points_without_pressure_are_not_judged_by_others():
     assert [refusal.run_id for refusal in judged_shapes(points, runs).refusals] == ["03"]
     unknown = points.assign(max_hertz_pressure_gpa=np.nan)
     assert judged_shapes(unknown, runs).refusals == []
+
+
+def test_curves_below_zero_degrees_are_said_to_be_not_judged():
+    points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
+    is_cold = points["run_id"] == "03"
+    cold_points = points.assign(
+        inlet_temperature_c=points["inlet_temperature_c"].mask(is_cold, -5.0)
+    )
+    verdicts = judged_shapes(cold_points, runs)
+    assert verdicts.refusals == []
+    ((run_id, sentence),) = verdicts.warnings
+    assert run_id == "03"
+    assert sentence.startswith("shape_not_judged")
+    assert "-5 degC" in sentence

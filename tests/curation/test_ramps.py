@@ -326,3 +326,19 @@ def test_steps_that_are_held_briefly_are_no_ramp() -> None:
     assert verdict(judged)[0] == "refused"
     (warnings,) = judged.runs["warning"]
     assert not any(text.startswith("slip_ramp") for text in warnings)
+
+
+@pytest.mark.parametrize("wrong_load_n", [0.0, -0.05, 500.0])
+def test_one_wrong_load_in_a_ramp_costs_nothing(wrong_load_n: float) -> None:
+    log = ramp(TRIANGLE)
+    lines = log.decode().splitlines()
+    names = next(line for line in lines if line.startswith("time"))
+    load_index = [name.startswith("load") for name in names.split(",")].index(True)
+    row = lines.index(names) + 1200
+    cells = lines[row].split(",")
+    cells[load_index] = str(wrong_load_n)
+    lines[row] = ",".join(cells)
+    judged = curated("\n".join([*lines, ""]).encode())
+    assert verdict(judged) == ("accepted", "")
+    check_curve(judged, 0.01)
+    assert len(judged.points) == len(curated(log).points)

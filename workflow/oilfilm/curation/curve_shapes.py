@@ -94,6 +94,9 @@ def judged_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
     for _, points_of_oil_and_rig in judged_points.groupby(["oil", rig_of_point], sort=True):
         certain_points = points_of_oil_and_rig[_is_mu_certain(points_of_oil_and_rig)]
         run_ids = _ids_of_runs_with_condition(certain_points)
+        for run_id, temperature_c in _temperature_of_cold_runs(certain_points).items():
+            sentence = sentence_named("cold_shape_not_judged", temperature=temperature_c)
+            verdicts.warnings.append((str(run_id), sentence))
         ids_judged_alone = set(points_of_oil_and_rig["run_id"])
         if len(run_ids) >= FEWEST_CURVES:
             _judge_beside_others(certain_points[certain_points["run_id"].isin(run_ids)], verdicts)
@@ -114,6 +117,12 @@ def _ids_of_runs_with_condition(points: pd.DataFrame) -> list[str]:
     """Ids of the runs whose condition is known and has a logarithm."""
     means = points.groupby("run_id")[_CONDITION_COLUMNS].mean()
     return list(means.index[(means > 0).all(axis=1)])
+
+
+def _temperature_of_cold_runs(points: pd.DataFrame) -> "pd.Series[float]":
+    """Mean inlet temperature of the runs at 0 degC and below, in degC, by their ids."""
+    temperature_c = points.groupby("run_id")["inlet_temperature_c"].mean()
+    return temperature_c[temperature_c <= 0]
 
 
 def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:

@@ -361,7 +361,7 @@ def ramp_points(
         least_slip: Smallest slip at which a point is given.
         spike_threshold: Threshold of a spike of the force, in robust standard deviations.
     """
-    force_n, is_spike = _force_without_spikes(signals["traction_force_n"], spike_threshold)
+    force_n, is_spike = without_spikes(signals["traction_force_n"], spike_threshold)
     ramp = _averaged_ramp(signals, force_n)
     shortest_lag_s, longest_lag_s = lag_range_s
     may_show_lag = longest_lag_s > shortest_lag_s and _may_show_its_lag(ramp)
@@ -418,13 +418,19 @@ def _mean_of_trials(
     return mean, np.sqrt(weights @ standard_errors**2 + weights @ (values - mean) ** 2)
 
 
-def _force_without_spikes(force_n: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
-    """The force with the median of its neighbours in place of spikes, and the mask of spikes."""
-    median_force_n = scipy.ndimage.median_filter(force_n, _SAMPLES_OF_MEDIAN, mode="nearest")
-    # a force without noise has no spikes
-    limit_n = threshold * _noise_sd(force_n) or np.inf
-    is_spike = np.abs(force_n - median_force_n) > limit_n
-    return np.where(is_spike, median_force_n, force_n), is_spike
+def without_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
+    """A signal with the median of its neighbours in place of spikes, and the mask of spikes.
+
+    Args:
+        signal: The force or the load, shape (samples,).
+        threshold: Distance from that median beyond which a sample is a spike, in standard
+            deviations of the noise.
+    """
+    median_signal = scipy.ndimage.median_filter(signal, _SAMPLES_OF_MEDIAN, mode="nearest")
+    # a signal without noise has no spikes
+    limit = threshold * _noise_sd(signal) or np.inf
+    is_spike = np.abs(signal - median_signal) > limit
+    return np.where(is_spike, median_signal, signal), is_spike
 
 
 def _block_means(signal: FloatArray, block_length: int) -> FloatArray:

@@ -31,6 +31,7 @@ from oilfilm.curation.ramps import (
     ramp_points,
     rolling_ends,
     rolling_zero,
+    without_spikes,
 )
 from oilfilm.curation.rig_kind import (
     TRACTION_KIND,
@@ -221,8 +222,10 @@ class TractionRig(RigKind):
 
     def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
         """See `RigKind.measured_ramp`."""
-        signals = division.signals
-        is_loaded = (signals["load_n"] > LEAST_LOAD_N).all()
+        spike_threshold = self.settings.curation.spikes.threshold
+        load_n, _ = without_spikes(division.signals["load_n"], spike_threshold)
+        signals = replace(division.signals, columns={**division.signals.columns, "load_n": load_n})
+        is_loaded = (load_n > LEAST_LOAD_N).all()
         if not is_loaded or not is_ramp(
             run, self.plateau_settings, self.zero_settings.max_slide_roll_ratio, self._is_held(run)
         ):
@@ -245,7 +248,7 @@ class TractionRig(RigKind):
             # terms that are fitted: 0 where no zero is left, 1 for a constant, 2 with a drift
             zero.term_count,
             self.zero_settings.max_slide_roll_ratio,
-            self.settings.curation.spikes.threshold,
+            spike_threshold,
         )
         if points_on_ramp is None:
             return replace(
