@@ -292,7 +292,8 @@ def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFix
         *(float(uncertainty_after) for _, uncertainty_after, _ in planned_tests),
     ]
     assert uncertainties == sorted(uncertainties, reverse=True)
-    assert float(with_exact_sensors[1]) < float(law_uncertainty[1])
+    # they are a small part of it: the printed digits may be equal
+    assert float(with_exact_sensors[1]) <= float(law_uncertainty[1])
     # drag and ring temperatures leave the most, whatever is tested
     for _, _, uncertainty_after in planned_tests:
         assert float(uncertainty_after) == pytest.approx(float(whole_uncertainty[1]), rel=0.1)

@@ -295,7 +295,7 @@ def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path
         for line in open_lines(tmp_path / "p", list(new_project.text_by_path))
         if line.key == "load"
     ]
-    assert "maximum or the mean" in line.reason
+    assert "maximum or the mean" in line.what_is_asked
 
 
 def test_own_check_is_that_of_the_command(tmp_path: Path) -> None:

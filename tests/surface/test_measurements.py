@@ -90,7 +90,7 @@ def test_the_canonical_order_does_not_depend_on_the_order_of_curves_and_points()
         ({"mu": np.array([0.1])}, "expected one of each per point"),
         ({"conditions": np.array([[1.0, 20.0, 40.0]] * 2)}, "has no point"),
         ({"conditions": np.array([[0.0, 20.0, 40.0]])}, "not above 0"),
-        ({"conditions": np.array([[1.0, 20.0, -5.0]])}, "not above 0"),
+        ({"conditions": np.array([[1.0, 0.0, 40.0]])}, "not above 0"),
         ({"conditions": np.array([[1.0, 20.0, np.nan]])}, "not finite"),
         ({"conditions": np.array([[1.0, 20.0]])}, "expected \\(curves, 3\\)"),
     ],
