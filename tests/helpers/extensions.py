@@ -91,12 +91,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import FloatArray
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
 from oilfilm.logs.columns import header_text
-from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.log_kind import Vocabulary
-from oilfilm.base.plain_key import plain_key
+from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 
 def recognises(head: bytes) -> bool:
