@@ -268,5 +268,7 @@ def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_pat
         (False, oilfilm.fit_table(points, **QUICK)),
     ):
         assert fit.simulated == simulated
+        assert fit.summary().startswith("SIMULATED") == simulated
+        assert (fit.plot().get_title("right") == "SIMULATED data") == simulated
     for file in ("report.html", "summary.txt", "exports/oil/traction_oil.py"):
         assert "SIMULATED" in (tmp_path / "june" / file).read_text(encoding="utf-8")

@@ -175,7 +175,8 @@ class ArrayFit:
             f"{quality['left_out_rmse'] / quality['rmse']:.2f} times that; "
             f"R2 {self.r_squared:.5f}; BIC {quality['bic']:.1f}"
         )
-        lines = [self.law.law.formula, counts, self.constants.to_string()]
+        lines = ["SIMULATED data"] if self.simulated else []
+        lines += [self.law.law.formula, counts, self.constants.to_string()]
         lines += self._lines_on_constants()
         lines.append(self.verdict)
         return "\n".join(lines)
@@ -286,6 +287,8 @@ class ArrayFit:
             self._draw_curve(axes, conditions, operating_points)
         axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
         axes.legend(fontsize="small", title="Line: law. Band: the next run, its whole curve")
+        if self.simulated:
+            axes.set_title("SIMULATED data", loc="right", fontsize="small")
         return axes
 
     def _tested_operating_points(self) -> pd.DataFrame:

@@ -336,8 +336,6 @@ def read_mu_table(
     mu_table.says_simulated = _is_simulated_by_footer(table) or any(
         sheet.table.says_simulated for sheet in read_sheets
     )
-    if mu_table.says_simulated:
-        mu_table.notes.append("SIMULATED data, as the table says")
     for title, fault in fault_by_title.items():
         reason = str(fault).removeprefix(f"{table_name}: ")
         mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")

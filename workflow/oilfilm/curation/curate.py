@@ -1039,7 +1039,34 @@ def compare_runs(
         settings: Settings of the campaign.
         rig_class: The class of the kind of rig.
     """
-    runs, quarantine = campaign_tables.runs, campaign_tables.quarantine
+    refusals, shape_warnings = _refusals_by_comparison(campaign_tables, settings, rig_class)
+    runs, quarantine = _with_refused_runs(
+        campaign_tables.runs, campaign_tables.quarantine, refusals, rig_class
+    )
+    runs = with_campaign_warnings(runs, campaign_tables, rig_class, settings, shape_warnings)
+    order_columns = ["file", "run_id", "first_row", "rule"]
+    return ComparedRuns(
+        runs.sort_values("run_id", ignore_index=True),
+        quarantine.sort_values(order_columns, ignore_index=True),
+        refusals,
+        rig_class,
+    )
+
+
+def _refusals_by_comparison(
+    campaign_tables: CampaignTables, settings: Settings, rig_class: type[RigKind]
+) -> tuple[list[Refusal], list[RunWarning]]:
+    """Refusals of runs that repeat others or contradict them, and warnings about shapes.
+
+    Repeats are left out before the shapes are judged. If the run that was kept in the place of a
+    repeat is then refused for its shape, the repeat is compared and judged in its place.
+
+    Args:
+        campaign_tables: As of `compare_runs`.
+        settings: Settings of the campaign.
+        rig_class: The class of the kind of rig.
+    """
+    runs = campaign_tables.runs
     repeat_of_run = _repeats(campaign_tables, runs, rig_class, settings)
     refusal_of_run = {run_id: repeat.refusal for run_id, repeat in repeat_of_run.items()}
     shape_warnings: list[RunWarning] = []
@@ -1052,33 +1079,23 @@ def compare_runs(
         shape_warnings += shapes.warnings
         odd_ids = {refusal.run_id for refusal in shapes.refusals}
         refusal_of_run |= {refusal.run_id: refusal for refusal in shapes.refusals}
-        # a repeat is used after all if the run that was kept in its place is refused
-        ids_to_judge = {
+        restored_ids = {
             run_id for run_id, repeat in repeat_of_run.items() if repeat.kept_id in odd_ids
         }
-        for run_id in ids_to_judge:
+        if not restored_ids:
+            break
+        for run_id in restored_ids:
             del refusal_of_run[run_id], repeat_of_run[run_id]
-        if ids_to_judge:
-            remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
-            repeats_without_odd = _repeats(campaign_tables, remaining_runs, rig_class, settings)
-            repeat_of_run |= repeats_without_odd
-            refusal_of_run |= {
-                run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()
-            }
-            ids_to_judge -= set(refusal_of_run)
-    shape_warnings = [
+        # restored runs may repeat each other
+        remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
+        repeats_without_odd = _repeats(campaign_tables, remaining_runs, rig_class, settings)
+        repeat_of_run |= repeats_without_odd
+        refusal_of_run |= {run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()}
+        ids_to_judge = restored_ids - set(refusal_of_run)
+    warnings_of_kept_runs = [
         (run_id, sentence) for run_id, sentence in shape_warnings if run_id not in refusal_of_run
     ]
-    refusals = list(refusal_of_run.values())
-    runs, quarantine = _with_refused_runs(runs, quarantine, refusals, rig_class)
-    runs = with_campaign_warnings(runs, campaign_tables, rig_class, settings, shape_warnings)
-    order_columns = ["file", "run_id", "first_row", "rule"]
-    return ComparedRuns(
-        runs.sort_values("run_id", ignore_index=True),
-        quarantine.sort_values(order_columns, ignore_index=True),
-        refusals,
-        rig_class,
-    )
+    return list(refusal_of_run.values()), warnings_of_kept_runs
 
 
 def _shapes_of_runs(

@@ -222,14 +222,15 @@ class TractionRig(RigKind):
 
     def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
         """See `RigKind.measured_ramp`."""
-        spike_threshold = self.settings.curation.spikes.threshold
-        load_n, _ = without_spikes(division.signals["load_n"], spike_threshold)
-        signals = replace(division.signals, columns={**division.signals.columns, "load_n": load_n})
-        is_loaded = (load_n > LEAST_LOAD_N).all()
-        if not is_loaded or not is_ramp(
+        if not is_ramp(
             run, self.plateau_settings, self.zero_settings.max_slide_roll_ratio, self._is_held(run)
         ):
             return None
+        spike_threshold = self.settings.curation.spikes.threshold
+        load_n, _ = without_spikes(division.signals["load_n"], spike_threshold)
+        if not (load_n > LEAST_LOAD_N).all():
+            return None
+        signals = replace(division.signals, columns={**division.signals.columns, "load_n": load_n})
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill" and run.refusal is not None:
             return run

@@ -17,6 +17,7 @@ from oilfilm.base.errors import printable
 from oilfilm.base.units import (
     ABSOLUTE_ZERO_C,
     BoolArray,
+    Conversion,
     FloatArray,
     IndexArray,
     possible_conversion,
@@ -239,28 +240,17 @@ def _names_without_twins(
         first_index = first_index_of_quantity.setdefault(quantity, index)
         if first_index == index:
             continue
-        target_units = vocabulary.quantities[quantity]
-        first_conversion = possible_conversion(meanings[first_index].unit, target_units)
-        twin_conversion = possible_conversion(unit, target_units)
-        has_same_unit = unit == meanings[first_index].unit
-        if not has_same_unit and (
-            first_conversion is None
-            or twin_conversion is None
-            or first_conversion.unit != twin_conversion.unit
-        ):
-            continue
         numbers, twin_numbers = table.read_values([first_index, index])
         if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
             continue
-        is_twin = np.array_equal(numbers, twin_numbers, equal_nan=True)
-        if not has_same_unit and first_conversion and twin_conversion:
-            is_twin = numbers.shape == twin_numbers.shape and np.allclose(
-                first_conversion.convert(numbers),
-                twin_conversion.convert(twin_numbers),
-                rtol=_ROUNDING_OF_CONVERSION,
-                atol=0.0,
-                equal_nan=True,
-            )
+        first_unit = meanings[first_index].unit
+        if unit == first_unit:
+            is_twin = np.array_equal(numbers, twin_numbers, equal_nan=True)
+        else:
+            target_units = vocabulary.quantities[quantity]
+            conversion = possible_conversion(first_unit, target_units)
+            twin_conversion = possible_conversion(unit, target_units)
+            is_twin = _are_equal_in_one_unit(numbers, conversion, twin_numbers, twin_conversion)
         if is_twin:
             notes.append(
                 f"the columns {names[first_index][:60]!r} and {names[index][:60]!r} hold the same "
@@ -268,6 +258,33 @@ def _names_without_twins(
             )
             names[index] = ""
     return names, replace(table, notes=(*table.notes, *notes))
+
+
+def _are_equal_in_one_unit(
+    numbers: FloatArray,
+    conversion: Conversion | None,
+    other_numbers: FloatArray,
+    other_conversion: Conversion | None,
+) -> bool:
+    """Whether two columns of different units have the same numbers, as 80 N and 0.08 kN.
+
+    Args:
+        numbers: Numbers of the one, shape (rows,).
+        conversion: Conversion of its unit; None where that is no unit of the quantity.
+        other_numbers: Numbers of the other.
+        other_conversion: Conversion of its unit.
+    """
+    if conversion is None or other_conversion is None or conversion.unit != other_conversion.unit:
+        return False
+    if numbers.shape != other_numbers.shape:
+        return False
+    return np.allclose(
+        conversion.convert(numbers),
+        other_conversion.convert(other_numbers),
+        rtol=_ROUNDING_OF_CONVERSION,
+        atol=0.0,
+        equal_nan=True,
+    )
 
 
 def _mask_of_good_rows(

@@ -305,6 +305,7 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
     lines_below = text[start_of_names : start_of_names + text_rows.HEAD_BYTES].split(b"\n")[1:3]
 
     def times_of(lines: Iterable[bytes]) -> list[str]:
+        """The cells of time in lines, of those that begin with a digit."""
         times: list[str] = []
         for line in lines:
             cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
