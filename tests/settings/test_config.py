@@ -116,6 +116,18 @@ MISTAKES = [
     (OIL, "[[300, 0.147]", "[[300, 147]", ["1 or less, in W/(m K)"]),
     (OIL, "[[300, 2000]", "[[300, 2]", ["in J/(kg K)"]),
     (OIL, f"{FIRST} 8.7181", f"{FIRST} 8.5", ["`coefficients`", "100c_cst is 7;", "within 25%"]),
+    # the key has the name of a model, which pydantic puts into its locations
+    (OIL, "id:", "vogel: 1\nid:", ["unknown key 'vogel'", "viscosity"]),
+    (OIL, "density_kg_m3", "densty_kg_m3", ["unknown key", "Did you mean 'density_kg_m3'?"]),
+    (
+        OIL,
+        "y_exponent:",
+        "y_exponnt:",
+        ["unknown key", "Did you mean 'pressure_viscosity_exponent'?"],
+    ),
+    (CONFIG, "bootstrap: 1000", "bootstrap: '1000'", ["Write 1000, with no quotes"]),
+    (CONFIG, "lambda_limit: 3.0", "lambda_limit: 'inf'", ["found 'inf', expected a number. "]),
+    (CONFIG, "gates:", '"[key]": 1\ngates:', ["unknown key '[key]'"]),
     # as an editor with a Western code page writes it
     (RIG, "20 mm ball", "\udcb5m ball", ["line 3", "UTF-8", "0xb5", "save the file"]),
 ]

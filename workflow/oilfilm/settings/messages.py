@@ -4,6 +4,7 @@ Decides: the text of the message for a wrong setting.
 """
 
 import difflib
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -17,7 +18,6 @@ from pydantic import TypeAdapter, ValidationError
 from pydantic_core import ErrorDetails
 
 from oilfilm.base.errors import OilfilmError, cut
-from oilfilm.physics.oils import FORMULAS
 from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
 
@@ -50,7 +50,7 @@ _FORM_OF_NAME = (
     "oil go under `aliases`"
 )
 _TEXT_SCHEMA = {"type": "string"}
-# The mistake to report is chosen among so many.
+# The mistake to report is chosen among at most this many.
 _MAX_MISTAKES = 100
 
 
@@ -156,37 +156,39 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[_Mistake]:
     schema = schema_of(model)
     for details in error.errors(include_url=False):
         context = details.get("ctx", {})
-        # pydantic adds the alternative that it chose, where an oil may be one of several models,
-        # and a mark where the key itself is wrong
-        key_path = tuple(step for step in details["loc"] if step not in (*FORMULAS, "[key]"))
         if details["type"] == "contradiction":
-            key_path = (*key_path, *context["at"])
+            key_path = _without_tags((*details["loc"], *context["at"]), schema)
             yield _Mistake(key_path, f"`{dotted(key_path)}`: {context['sentence']}")
             continue
-        if details["type"].startswith("union_tag"):
-            key_path = (*key_path, "model")
-        yield _mistake(details, key_path, schema)
+        yield _mistake(details, schema)
 
 
-def _mistake(details: ErrorDetails, key_path: KeyPath, schema: Mapping[str, Any]) -> _Mistake:
+def _mistake(details: ErrorDetails, schema: Mapping[str, Any]) -> _Mistake:
     """One of pydantic's errors as a mistake with a sentence."""
     error_type = details["type"]
+    location = details["loc"]
+    # pydantic marks a wrong key of a mapping; an unknown key may have the name of the mark
+    is_key_wrong = location[-1:] == ("[key]",) and error_type != "extra_forbidden"
+    if is_key_wrong:
+        location = location[:-1]
+    if error_type.startswith("union_tag"):
+        location = (*location, "model")
+    key_path = _without_tags(location, schema)
     group_key = dotted(key_path[:-1])
     under_group = f" under `{group_key}`" if group_key else ""
     input_value = details.get("ctx", {}).get("tag", details["input"])
-    is_key_wrong = details["loc"][-1:] == ("[key]",)
     if is_key_wrong and error_type == "string_type":
         hint = _hint(input_value, _TEXT_SCHEMA)
         sentence = f"the key {input_value!r}{under_group} is no text.{hint}"
         return _Mistake(key_path, sentence)
     if is_key_wrong or error_type == "extra_forbidden":
-        group_node = node_at(schema, key_path[:-1])
+        group_node = node_at(schema, location[:-1])
         return _Mistake(key_path, _unknown_key_sentence(key_path[-1], group_node, under_group))
-    meaning = _meaning_of_key(schema, key_path)
+    meaning = _meaning_of_key(schema, location)
     if error_type in ("missing", "union_tag_not_found"):
         sentence = f"the key {str(key_path[-1])!r} is missing{under_group}. {meaning}".rstrip()
         return _Mistake(key_path, sentence, is_missing_key=True)
-    node = node_at(schema, key_path)
+    node = node_at(schema, location)
     if error_type == "string_type":  # an item of a list of names may be given alone
         node = {**node, **_TEXT_SCHEMA}
     expected_text = _expected_text(details, node)
@@ -240,28 +242,66 @@ def _hint(value: Any, node: Mapping[str, Any]) -> str:
     if isinstance(value, str) and "enum" in node:
         return _did_you_mean(value, map(str, node["enum"]))
     if isinstance(value, str) and value_type in ("number", "integer"):
-        with suppress(ValueError):
-            return f" Write {float(value):#}, with a point and no quotes."
+        return _hint_at_number(value, value_type)
     if isinstance(value, bool) and value_type == "string":
-        return ' YAML reads NO, OFF, YES and ON so: put the word in quotes, as "NO".'
+        return ' YAML reads NO, OFF, YES and ON as true or false: put the word in quotes, as "NO".'
     if isinstance(value, date | int | float) and value_type == "string":
         return f' Put it in quotes: "{value}".'
+    return ""
+
+
+def _hint_at_number(text: str, number_type: str) -> str:
+    """Advice on how to write a number that YAML reads as text; empty if it is no finite number."""
+    with suppress(ValueError):
+        if number_type == "integer":
+            return f" Write {int(text)}, with no quotes."
+        if math.isfinite(float(text)):
+            return f" Write {float(text):#}, with a point and no quotes."
     return ""
 
 
 # ---------------------------------------------------------------- walking a JSON schema
 
 
-def node_at(schema: Mapping[str, Any], key_path: KeyPath) -> Mapping[str, Any]:
-    """The node of a JSON schema for the value at a key path; empty where there is none."""
+def node_at(schema: Mapping[str, Any], location: KeyPath) -> Mapping[str, Any]:
+    """The node of a JSON schema for a value; empty where there is none.
+
+    Args:
+        schema: The JSON schema.
+        location: Where the value is, as pydantic says it: a key path with tags. A tag is the name
+            of the alternative that pydantic chose, as `vogel` of the models of an oil.
+    """
     node = plain_node(schema, schema)
-    for step in key_path:
+    for step in location:
         node = plain_node(_child(node, step), schema)
     return node
 
 
+def _without_tags(location: KeyPath, schema: Mapping[str, Any]) -> KeyPath:
+    """The keys and indices that the user wrote, of a location as `node_at` takes it.
+
+    A key may have the name of a tag. Only the schema tells the two apart.
+    """
+    node = plain_node(schema, schema)
+    key_path = []
+    for step in location:
+        if step not in _node_by_tag(node):
+            key_path.append(step)
+        node = plain_node(_child(node, step), schema)
+    return tuple(key_path)
+
+
+def _node_by_tag(node: Mapping[str, Any]) -> Mapping[str, Mapping[str, Any]]:
+    """The alternatives of a node by their tags; empty where there is only one."""
+    reference_by_tag = node.get("discriminator", {}).get("mapping", {})
+    return {tag: {"$ref": reference} for tag, reference in reference_by_tag.items()}
+
+
 def _child(node: Mapping[str, Any], step: Any) -> Mapping[str, Any]:
-    """The node of a key or list item below a node; empty where there is none."""
+    """The node of a key, tag or list item below a node; empty where there is none."""
+    node_by_tag = _node_by_tag(node)
+    if step in node_by_tag:
+        return node_by_tag[step]
     for branch in (node, *node.get("oneOf", ())):
         if step in branch.get("properties", {}):
             return branch["properties"][step]
@@ -287,8 +327,8 @@ def plain_node(node: Mapping[str, Any], schema: Mapping[str, Any]) -> Mapping[st
     return plain
 
 
-def _meaning_of_key(schema: Mapping[str, Any], key_path: KeyPath) -> str:
+def _meaning_of_key(schema: Mapping[str, Any], location: KeyPath) -> str:
     """The meaning of a key; for an item of a list, the meaning of the list."""
-    while key_path and isinstance(key_path[-1], int):
-        key_path = key_path[:-1]
-    return str(node_at(schema, key_path).get("description", ""))
+    while location and isinstance(location[-1], int):
+        location = location[:-1]
+    return str(node_at(schema, location).get("description", ""))
