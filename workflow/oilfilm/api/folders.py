@@ -3,19 +3,26 @@
 Decides: which configuration folder counts.
 """
 
+import os
 from pathlib import Path
 
 from oilfilm.base.home import CONFIG
 
 
-def config_folder(named_folder: Path | None) -> Path:
+def config_folder(config_option: Path | None) -> Path:
     """The configuration folder: the named one, else `config` here, else that of oilfilm."""
-    if named_folder:
-        return named_folder
+    if config_option:
+        return config_option
     current_config = Path("config")
     return current_config if current_config.is_dir() else CONFIG
 
 
-def project_folder(config: Path | None) -> Path:
-    """The folder of logs and results: that above a named configuration folder, else this one."""
-    return config.parent if config else Path()
+def project_folder(config_option: Path | None) -> Path:
+    """The folder of logs and results: that above a named configuration folder, else the current.
+
+    A configuration folder that is a symbolic link belongs to the folder that has the link.
+    """
+    if not config_option:
+        return Path()
+    # the paths `.` and `..` have the parent `.`; `resolve` would follow the link
+    return Path(os.path.abspath(config_option)).parent  # noqa: PTH100
