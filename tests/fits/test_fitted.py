@@ -16,7 +16,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.predict import prediction
 from oilfilm.fits.conditions import (
     FixedCondition,
-    InStep,
+    StepPartner,
     fixed_conditions,
     fixed_from_text,
     fixed_to_text,
@@ -319,15 +319,38 @@ def test_temperature_in_step_is_found_in_frost_too(quick: Settings) -> None:
     followed = followed_conditions(CONDITIONS, in_step, quick.fit)
     assert followed.tolist() == [True, True, False]
     (fixed,) = fixed_conditions(CONDITIONS, in_step, followed, quick.fit)
+    # it is known of every run, but a power law through 0 degC has no value
     assert (fixed.level, fixed.in_step) == (None, ())
+    assert not fixed.is_unmeasured
+    assert "not known of every run" not in fixed.sentence()
+    assert "0 degC" in fixed.sentence()
     apart = np.column_stack([pressure, speed, np.tile([-30.0, 0.0, 30.0, 60.0, -10.0, 20.0], 2)])
     assert followed_conditions(CONDITIONS, apart, quick.fit).all()
 
 
+def test_temperature_in_step_through_frost_is_not_called_unmeasured(quick: Settings) -> None:
+    conditions = [(p, u, 70.0) for p in PRESSURES for u in (25.0, 40.0)]
+    points = make_points("4102", conditions)
+    points["inlet_temperature_c"] = 200 * (points["max_hertz_pressure_gpa"] - PRESSURES[1])
+    fit = fit_oil(points, "4102", quick.fit, SEED)
+    at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (PRESSURES[1], 30.0, 50.0, 0.05), strict=True))
+    with pytest.raises(OilfilmError, match="0 degC.*Leave the option out") as refusal:
+        prediction(fitted(fit), "4102", at)
+    # that is the advice for a pressure that was not recorded
+    assert "ball_radius_m" not in str(refusal.value)
+    # which of the followed conditions are on the line is not known
+    verdicts = fit.coefficients.set_index("constant")["verdict"]
+    assert (verdicts[["A1", "A2"]] == "in step").all()
+    del at["inlet_temperature_c"]
+    row, _ = prediction(fitted(fit), "4102", at)
+    assert np.isfinite(row["traction_coefficient"])
+
+
 def test_fixed_conditions_survive_the_table() -> None:
     fixed = (
-        FixedCondition("inlet_temperature_c", 60.0, 0.03, (InStep(CONDITIONS[0], 1.2, 1.8),)),
+        FixedCondition("inlet_temperature_c", 60.0, 0.03, (StepPartner(CONDITIONS[0], 1.2, 1.8),)),
         FixedCondition("entrainment_speed_m_s", None, 0.0),
+        FixedCondition("inlet_temperature_c", None, 0.0, line_reaches_zero=True),
     )
     assert fixed_from_text(fixed_to_text(fixed)) == fixed
     with pytest.raises(OilfilmError, match="fixed_conditions holds 'inlet_temperature_c 60 degC'"):

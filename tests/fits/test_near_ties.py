@@ -124,6 +124,7 @@ def test_levels_that_are_just_the_gap_apart_are_one_whatever_their_last_digits(b
     levels[1::2] *= 1 + bits
     assert level_numbers_by_gap(levels, 0.05).max() == 0
     assert level_numbers_by_gap(levels, 0.049).max() == 20
+    assert level_numbers_by_gap(levels[:0], 0.05).tolist() == []
     slips = np.array([0.01, 0.016, 0.022]) * [1, 1 + bits, 1]
     assert cluster_indices(slips, 0.006).tolist() == [1, 1, 2]
 

@@ -254,6 +254,13 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     assert len(soundness_warnings(row)) == 1
 
 
+def test_temperature_in_step_through_frost_is_not_missing(config: Settings) -> None:
+    on_line = FixedCondition("inlet_temperature_c", None, 0.0, line_reaches_zero=True)
+    quality = {"fixed_conditions": fixed_to_text([on_line])}
+    row = verdict(config, points_of(config, Drift(), 3), quality=quality, known=(True, True, False))
+    assert "condition missing" not in (row["law_verdict"], row["campaign_verdict"])
+
+
 def test_few_runs_give_no_verdict(config: Settings) -> None:
     points = points_of(config, Drift(), 3)
     few = points[points["run_id"] < "run008"]

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from campaigns import printed, rows
-from oilfilm.fits.conditions import FixedCondition, InStep
+from oilfilm.fits.conditions import FixedCondition, StepPartner
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import Law, bounds, to_constants
@@ -69,7 +69,7 @@ def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:
     factor, power = (42.0, 3) if "load_n" in law.conditions else (1.0, 1)
     box = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
     box[0] = factor * box[0] ** power
-    line = InStep(law.conditions[0], box[0].mean(), 0.5)
+    line = StepPartner(law.conditions[0], box[0].mean(), 0.5)
     speed = FixedCondition("entrainment_speed_m_s", 32.0, 2.0, (line,))
     spread, known = to_constants(law, scattered), np.array([True, False, True])
     constants = to_constants(law, internal)

@@ -80,7 +80,9 @@ def prediction(
     conditions_off_tested = fitted_law.off_tested_levels(conditions)
     if conditions_off_tested:
         advice = "Give a tested value. Without the option the tested value is used."
-        if any(fixed_condition.level is None for fixed_condition in conditions_off_tested):
+        if any(fixed_condition.line_reaches_zero for fixed_condition in conditions_off_tested):
+            advice = "Leave the option out. mu is then that of the tests."
+        if any(fixed_condition.is_unmeasured for fixed_condition in conditions_off_tested):
             advice = (
                 "Leave the option out. For a pressure, fill in `ball_radius_m`, `ball` and `disc` "
                 "of the rig's file (roughness is not needed). Then run again. Or fit a law of load."

@@ -473,7 +473,7 @@ def _law_variables(fitted: FittedLaw, accepted_points: pd.DataFrame) -> Iterator
     """
     law = fitted.law
     in_step_names = {
-        fixed.condition for fixed in fitted.coefficients.fixed_conditions if fixed.in_step
+        fixed.condition for fixed in fitted.coefficients.fixed_conditions if fixed.varied_in_step
     }
     group_values = law.group_values(accepted_points[list(law.conditions)].to_numpy(dtype=float))
     tested_values = pd.DataFrame(

@@ -31,7 +31,7 @@ LEAST_MAGNITUDE = {"inlet_temperature_c": 20.0}
 
 
 @dataclass(frozen=True)
-class InStep:
+class StepPartner:
     """A followed condition with which a fixed condition varied in step.
 
     Attributes:
@@ -52,15 +52,29 @@ class FixedCondition:
     Attributes:
         condition: Column of the condition.
         level: Its value where the conditions of `in_step` are at their centre; None where it was
-            not measured in every run.
+            not measured in every run, or where `line_reaches_zero`.
         within: Largest relative distance from the level or line at which mu is still known.
-        in_step: The followed conditions with which it varied in step; empty where it did not vary.
+        in_step: The followed conditions with which it varied in step; empty where it did not vary,
+            and where `line_reaches_zero`.
+        line_reaches_zero: Whether it varied in step, and a temperature reached 0 degC. The line is
+            a power law, which has no value there.
     """
 
     condition: str
     level: float | None
     within: float
-    in_step: tuple[InStep, ...] = ()
+    in_step: tuple[StepPartner, ...] = ()
+    line_reaches_zero: bool = False
+
+    @property
+    def is_unmeasured(self) -> bool:
+        """Whether it was not measured in every run."""
+        return self.level is None and not self.line_reaches_zero
+
+    @property
+    def varied_in_step(self) -> bool:
+        """Whether it varied in step with followed conditions: it has no level of its own."""
+        return bool(self.in_step) or self.line_reaches_zero
 
     def tested_value(self, values_by_condition: Mapping[str, FloatArray]) -> FloatArray:
         """Its tested value at given levels of the followed conditions; NaN where it is not known.
@@ -77,6 +91,11 @@ class FixedCondition:
     def sentence(self) -> str:
         """Where it was tested, in words."""
         name = QUANTITIES[self.condition].short_meaning
+        if self.line_reaches_zero:
+            return (
+                f"{name} varied in step with other conditions, and the line along which they "
+                "varied is not known (a power law has no value at 0 degC and below)"
+            )
         if self.level is None:
             return f"{name} is not known of every run"
         level = f"{self.level:.4g} {tables.unit_of(self.condition)}"
@@ -130,18 +149,18 @@ def followed_conditions(
         condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
         settings: `min_relative_range` and `smallest_singular_value`. Conditions are in step where
-            the smallest singular value of their standardised logarithms, relative to the largest,
-            is below the latter. A temperature that reaches 0 degC counts itself, as it enters an
-            exponential.
+            the smallest singular value of their standardised logarithms, relative to the largest
+            one, is not above `smallest_singular_value`. A temperature that reaches 0 degC enters
+            without a logarithm, as in the exponential of a law.
 
     Returns:
         Shape (conditions,).
     """
-    has_varied = varied(condition_names, conditions, settings)
+    is_varied = varied(condition_names, conditions, settings)
     has_logarithm = np.all(conditions > 0, axis=0)
     terms_of_conditions = np.log(conditions, out=conditions.copy(), where=has_logarithm)
-    is_followed = np.zeros_like(has_varied)
-    for condition_index in np.flatnonzero(has_varied):
+    is_followed = np.zeros_like(is_varied)
+    for condition_index in np.flatnonzero(is_varied):
         is_followed[condition_index] = True
         followed_terms = terms_of_conditions[:, is_followed]
         standardised = (followed_terms - followed_terms.mean(axis=0)) / followed_terms.std(axis=0)
@@ -247,14 +266,13 @@ def _fixed(
     if not len(values) or np.isnan(values).any():
         return FixedCondition(condition_name, None, 0.0)
     if followed_values and np.min([values, *followed_values.values()]) <= 0:
-        # a line is a power law, which has no value there
-        return FixedCondition(condition_name, None, 0.0)
+        return FixedCondition(condition_name, None, 0.0, line_reaches_zero=True)
     if followed_values:
         # a condition that moves the line by less than the tolerance is no part of it
         followed_values = {
             partner.condition: followed_values[partner.condition]
             for partner in _nearest_line(values, followed_values).in_step
-            if _share_of_line(partner, followed_values) > settings.level_tolerance
+            if _ln_range_along_line(partner, followed_values) > settings.level_tolerance
         }
     if followed_values:
         line = _nearest_line(values, followed_values)
@@ -278,7 +296,7 @@ class _Line:
 
     level: float
     values: FloatArray
-    in_step: tuple[InStep, ...]
+    in_step: tuple[StepPartner, ...]
 
 
 def _nearest_line(values: FloatArray, followed_values: Mapping[str, FloatArray]) -> _Line:
@@ -293,7 +311,7 @@ def _nearest_line(values: FloatArray, followed_values: Mapping[str, FloatArray])
     design = np.vstack([np.ones(len(values)), log_values - centres]).T
     fitted_constants, *_ = np.linalg.lstsq(design, np.log(values))
     in_step = tuple(
-        InStep(followed_name, float(np.exp(centre)), float(exponent))
+        StepPartner(followed_name, float(np.exp(centre)), float(exponent))
         for followed_name, centre, exponent in zip(
             followed_values, centres[:, 0], fitted_constants[1:], strict=True
         )
@@ -301,7 +319,7 @@ def _nearest_line(values: FloatArray, followed_values: Mapping[str, FloatArray])
     return _Line(float(np.exp(fitted_constants[0])), np.exp(design @ fitted_constants), in_step)
 
 
-def _share_of_line(partner: InStep, followed_values: Mapping[str, FloatArray]) -> float:
+def _ln_range_along_line(partner: StepPartner, followed_values: Mapping[str, FloatArray]) -> float:
     """Range over the curves of the logarithm of the line, by one of its conditions alone."""
     return float(abs(partner.exponent) * np.ptp(np.log(followed_values[partner.condition])))
 
@@ -309,7 +327,9 @@ def _share_of_line(partner: InStep, followed_values: Mapping[str, FloatArray]) -
 def is_off_tested_level(
     fixed: FixedCondition, values_by_condition: Mapping[str, FloatArray]
 ) -> npt.NDArray[np.bool_]:
-    """Whether a condition is away from its tested level or line; NaN stands for a value on it.
+    """Whether a condition is away from its tested level or line.
+
+    An unknown value (NaN) counts as on the level.
 
     Args:
         fixed: The condition.
@@ -362,7 +382,7 @@ def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:
         >>> level_numbers_by_gap(np.array([25.1, 119.8, 24.9, 70.0, 120.2]), gap=0.05)
         array([0, 2, 0, 1, 2])
     """
-    if not np.isfinite(values).all():
+    if not len(values) or not np.isfinite(values).all():
         return np.zeros(len(values), dtype=np.int64)
     curves_by_value = np.argsort(values)
     steps = np.diff(values[curves_by_value], prepend=values.min())

@@ -142,12 +142,13 @@ def _exponents_in_step(law: Law, fixed_conditions: Sequence[FixedCondition]) -> 
     for fixed in fixed_conditions:
         for partner in fixed.in_step:
             on_lines.add(partner.condition)
-    if not on_lines:
+    is_line_unknown = any(fixed.line_reaches_zero for fixed in fixed_conditions)
+    if not on_lines and not is_line_unknown:
         return []
-    if law.groups == law.conditions:
+    if law.groups == law.conditions and not is_line_unknown:
         groups_on_lines = on_lines
     else:
-        # each group may contain a condition of the line
+        # each group may contain a condition of the line, or be one of an unknown line
         groups_on_lines = set(law.groups)
     return [constant.name for constant in law.constants if constant.condition in groups_on_lines]
 

@@ -420,8 +420,7 @@ def verdict_of_fit(
     """
     no_fit = fitted is None or np.isnan(quality_row["rmse"])
     fixed_conditions = fixed_from_text(quality_row["fixed_conditions"])
-    # without a level: not measured in every run
-    is_condition_missing = any(fixed.level is None for fixed in fixed_conditions)
+    is_condition_missing = any(fixed.is_unmeasured for fixed in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
     too_few_curves = surface is None or len(surface.run_ids) < settings.steadiness.curves_min
     # "steady", as where no change was found
