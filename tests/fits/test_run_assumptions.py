@@ -28,22 +28,22 @@ def of_rigs(config: Settings, *rigs: Rig) -> RunAssumptions:
 
 def test_a_size_that_no_rig_states_is_that_of_usual_rigs(config: Settings) -> None:
     assumed = of_rigs(config, rig(inlet_temperature_k=2.0))
-    assert assumed.errors.temperature_k.median == 2.0
-    assert assumed.errors.gain == RunErrorSizes().gain
+    assert assumed.error_sizes.temperature_k.median == 2.0
+    assert assumed.error_sizes.gain == RunErrorSizes().gain
     assert "temperature_k" not in assumed.usual_error_names
     assert "gain" in assumed.usual_error_names
 
 
 def test_without_a_rig_all_sizes_are_usual(config: Settings) -> None:
     assumed = of_rigs(config)
-    assert assumed.errors == RunErrorSizes()
+    assert assumed.error_sizes == RunErrorSizes()
     assert len(assumed.usual_error_names) == 5
 
 
 def test_of_two_rigs_the_mean_square_counts(config: Settings) -> None:
     slow, fast = rig(slip_relative=0.003), rig(slip_relative=0.004)
     assumed = of_rigs(config, slow, fast)
-    assert assumed.errors.slip_scale.median == pytest.approx(np.sqrt(12.5e-6))
+    assert assumed.error_sizes.slip_scale.median == pytest.approx(np.sqrt(12.5e-6))
     # a rig that states nothing has the usual size, and its size is named as usual
     mixed = of_rigs(config, slow, rig())
     assert "slip_scale" in mixed.usual_error_names
@@ -57,8 +57,8 @@ def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Setting
     assert again.level_widths == assumed.level_widths
     assert again.usual_error_names == assumed.usual_error_names
     for name in ("gain", "zero", "slip_scale", "temperature_k", "noise"):
-        median = getattr(assumed.errors, name).median
-        assert getattr(again.errors, name).median == pytest.approx(median, rel=1e-12)
+        median = getattr(assumed.error_sizes, name).median
+        assert getattr(again.error_sizes, name).median == pytest.approx(median, rel=1e-12)
 
 
 def calibrated(force: float, load: float) -> Rig:
@@ -73,12 +73,32 @@ def test_rigs_are_expected_to_differ_by_their_calibration(config: Settings) -> N
     # mu is force over load: 0.003 and 0.004 together are 0.005
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["b", "a"])
-    assert assumed.errors.rig_gain.median == pytest.approx(0.005)
+    assert assumed.error_sizes.rig_gain.median == pytest.approx(0.005)
     assert "rig_gain" not in assumed.usual_error_names
     assert assumed.rig_names == ("a", "b")
-    unknown = RunAssumptions.from_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
-    assert unknown.errors.rig_gain == RunErrorSizes().rig_gain
-    assert "rig_gain" in unknown.usual_error_names
+    # the usual 1 % stands for the rig without a calibration, as with the other sizes
+    mixed = RunAssumptions.from_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
+    expected_gain = np.sqrt((2 * 0.005**2 + 0.01**2) / 3)
+    assert mixed.error_sizes.rig_gain.median == pytest.approx(expected_gain)
+    assert "rig_gain" in mixed.usual_error_names
+
+
+@pytest.mark.parametrize(("accepted", "expected"), [(0.2, 0.2), (1e-5, 1e-4)])
+def test_every_accepted_calibration_gives_a_difference_of_rigs(
+    config: Settings, accepted: float, expected: float
+) -> None:
+    rigs = [calibrated(accepted, accepted)] * 2
+    assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["a", "b"])
+    assert assumed.error_sizes.rig_gain.median == expected
+    again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    assert again.error_sizes.rig_gain.median == pytest.approx(expected, rel=1e-12)
+
+
+def test_stated_size_at_its_limit_survives_the_tables(config: Settings) -> None:
+    # exp(log(0.005)) is larger than 0.005
+    assumed = of_rigs(config, rig(zero_as_traction_coefficient=5e-3, slip_relative=1e-4))
+    again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    assert again.error_sizes.zero.median == pytest.approx(5e-3, rel=1e-12)
 
 
 def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
@@ -93,7 +113,7 @@ def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[s
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, rig_of_runs)
     again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
     assert again.rig_name_of_run == assumed.rig_name_of_run
-    assert again.errors.rig_gain.median == pytest.approx(assumed.errors.rig_gain.median)
+    assert again.error_sizes.rig_gain.median == pytest.approx(assumed.error_sizes.rig_gain.median)
 
 
 def test_a_stated_temperature_error_counts_where_no_run_is_repeated(config: Settings) -> None:

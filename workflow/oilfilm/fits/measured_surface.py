@@ -165,7 +165,7 @@ class OilSurface:
     def surface(self) -> Surface:
         """The surface itself."""
         return surface_of_sizes(
-            self.measurements, self.law, self.assumptions.errors, self.sizes, self.limits
+            self.measurements, self.law, self.assumptions.error_sizes, self.sizes, self.limits
         )
 
     def has_two_levels(self) -> bool:
@@ -364,7 +364,7 @@ def usable_measurements(
     is_sliding = is_complete[data.curve_of_point] & (data.slip > 0)
     point_conditions = conditions[data.curve_of_point[is_sliding]]
     mu_of_law = np.exp(surface_law.log_mu(point_conditions, data.slip[is_sliding]))
-    carries_traction = mu_of_law > _smallest_traction(data.mu[is_sliding], assumptions.errors)
+    carries_traction = mu_of_law > _smallest_traction(data.mu[is_sliding], assumptions.error_sizes)
     point_indices = np.flatnonzero(is_sliding)[carries_traction]
     curve_indices, new_curve_of_point = np.unique(
         data.curve_of_point[point_indices], return_inverse=True

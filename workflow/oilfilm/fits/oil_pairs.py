@@ -133,7 +133,7 @@ def _fitted_ratio(
         OilfilmError: The points cannot have one.
     """
     try:
-        return fit_ratio(first_oil, second_oil, assumptions.errors, limits)
+        return fit_ratio(first_oil, second_oil, assumptions.error_sizes, limits)
     except ValueError as error:
         raise OilfilmError(f"the ratio of two oils by their runs: {error}.") from None
 

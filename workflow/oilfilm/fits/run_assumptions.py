@@ -38,14 +38,16 @@ class RunAssumptions:
 
     Attributes:
         level_widths: Largest range of the measured values of one level.
-        errors: Expected sizes of the errors of runs and points.
-        usual_error_names: Names of the sizes that no rig states. They are taken from usual rigs.
+        error_sizes: Expected sizes of the errors of runs and points.
+        usual_error_names: Names of the sizes that at least one rig does not state. The usual size
+            replaces each missing one.
         rig_name_of_run: Name of the rig of each accepted run, in the order of the names of the
-            runs. A single name where all runs are of one rig; None where the data name no rigs.
+            runs. A tuple of one name where all runs are of one rig; None where the data name no
+            rigs.
     """
 
     level_widths: LevelWidths = field(default_factory=LevelWidths)
-    errors: RunErrorSizes = field(default_factory=RunErrorSizes)
+    error_sizes: RunErrorSizes = field(default_factory=RunErrorSizes)
     usual_error_names: tuple[str, ...] = tuple(_KEY_OF_SIZE)
     rig_name_of_run: tuple[str, ...] | None = None
 
@@ -64,31 +66,25 @@ class RunAssumptions:
             rig_name_of_run: As the attribute.
         """
         usual_errors = RunErrorSizes()
+        stated_sizes_by_name = {
+            size_name: [getattr(rig.errors_between_runs, key, None) for rig in rigs]
+            for size_name, key in _KEY_OF_SIZE.items()
+        }
+        if len(set(rig_name_of_run or ())) > 1:
+            stated_sizes_by_name[_RIG_GAIN] = [_gain_by_calibration(rig) for rig in rigs]
         expected_sizes, names_not_stated = {}, []
-        for size_name, key in _KEY_OF_SIZE.items():
-            stated_sizes = [getattr(rig.errors_between_runs, key, None) for rig in rigs]
+        for size_name, stated_sizes in stated_sizes_by_name.items():
             if not stated_sizes or None in stated_sizes:
                 names_not_stated.append(size_name)
             usual_size = getattr(usual_errors, size_name).median
             sizes_of_rigs = [usual_size if value is None else value for value in stated_sizes]
             if sizes_of_rigs:
                 expected_sizes[size_name] = float(np.sqrt(np.mean(np.square(sizes_of_rigs))))
-        if rig_name_of_run is None:
-            return cls(
-                _widths_of(same_condition),
-                _errors_with_medians(expected_sizes),
-                tuple(names_not_stated),
-            )
-        if len(set(rig_name_of_run)) > 1:
-            gains = [_gain_by_calibration(rig) for rig in rigs]
-            known_gains = [gain for gain in gains if gain is not None]
-            if rigs and len(known_gains) == len(rigs):
-                expected_sizes[_RIG_GAIN] = float(np.sqrt(np.mean(np.square(known_gains))))
-            else:
-                names_not_stated.append(_RIG_GAIN)
-        errors = _errors_with_medians(expected_sizes)
         return cls(
-            _widths_of(same_condition), errors, tuple(names_not_stated), tuple(rig_name_of_run)
+            _widths_of(same_condition),
+            _errors_with_medians(expected_sizes),
+            tuple(names_not_stated),
+            None if rig_name_of_run is None else tuple(rig_name_of_run),
         )
 
     @classmethod
@@ -113,7 +109,7 @@ class RunAssumptions:
 
     @property
     def rig_names(self) -> tuple[str, ...]:
-        """Names of the rigs, in the order of their numbers; empty where the data name none."""
+        """Names of the rigs, sorted by name; the index is the rig's number. Empty if none is known."""
         return tuple(sorted(set(self.rig_name_of_run or ())))
 
     def columns(self) -> dict[str, Any]:
@@ -131,7 +127,7 @@ class RunAssumptions:
         rows = []
         rig_size_names = [_RIG_GAIN] if len(self.rig_names) > 1 else []
         for size_name in [*_KEY_OF_SIZE, *rig_size_names]:
-            logarithm = float(np.log(getattr(self.errors, size_name).median))
+            logarithm = float(np.log(getattr(self.error_sizes, size_name).median))
             rows.append(
                 {"oil": oil, "search": _EXPECTED, "size": size_name, "logarithm": logarithm}
             )
@@ -158,12 +154,15 @@ def _gain_by_calibration(rig: Rig) -> float | None:
 
 
 def _errors_with_medians(medians: Mapping[str, float]) -> RunErrorSizes:
-    """Usual sizes of errors, with other medians by their names."""
+    """Usual sizes of errors, with other medians by their names.
+
+    A calibration may be better or worse than every difference of rigs that is searched, and a size
+    at a limit is rounded in its table. The median is then the nearest limit.
+    """
     usual_errors = RunErrorSizes()
-    return replace(
-        usual_errors,
-        **{
-            size_name: replace(getattr(usual_errors, size_name), median=median)
-            for size_name, median in medians.items()
-        },
-    )
+    changed_errors = {}
+    for size_name, median in medians.items():
+        usual_error = getattr(usual_errors, size_name)
+        nearest_median = float(np.clip(median, usual_error.smallest, usual_error.largest))
+        changed_errors[size_name] = replace(usual_error, median=nearest_median)
+    return replace(usual_errors, **changed_errors)

@@ -74,7 +74,7 @@ class MeasuredCampaign:
         """The campaign behind the surface of an oil."""
         curve_order, _ = oil_surface.measurements.canonical_order()
         run_ids = tuple(oil_surface.run_ids[curve_index] for curve_index in curve_order.tolist())
-        return cls(oil_surface.surface, run_ids, oil_surface.assumptions.errors)
+        return cls(oil_surface.surface, run_ids, oil_surface.assumptions.error_sizes)
 
     @property
     def position_in_time(self) -> IndexArray:

@@ -152,7 +152,7 @@ def searched_surface(
         settings: Config's `surface`.
         assumptions: What is known of the runs.
     """
-    errors = assumptions.errors
+    errors = assumptions.error_sizes
     limits = SurfaceLimits(
         level=settings.level,
         largest_spread=settings.largest_spread,
