@@ -334,7 +334,7 @@ def test_temperature_in_step_through_frost_is_not_called_unmeasured(quick: Setti
     points["inlet_temperature_c"] = 200 * (points["max_hertz_pressure_gpa"] - PRESSURES[1])
     fit = fit_oil(points, "4102", quick.fit, SEED)
     at = dict(zip((*CONDITIONS, "slide_roll_ratio"), (PRESSURES[1], 30.0, 50.0, 0.05), strict=True))
-    with pytest.raises(OilfilmError, match="0 degC.*Leave the option out") as refusal:
+    with pytest.raises(OilfilmError, match=r"0 degC.*Leave the option out") as refusal:
         prediction(fitted(fit), "4102", at)
     # that is the advice for a pressure that was not recorded
     assert "ball_radius_m" not in str(refusal.value)

@@ -109,7 +109,10 @@ class RunAssumptions:
 
     @property
     def rig_names(self) -> tuple[str, ...]:
-        """Names of the rigs, sorted by name; the index is the rig's number. Empty if none is known."""
+        """Names of the rigs, sorted by name; the index is the rig's number.
+
+        Empty where the data name no rigs.
+        """
         return tuple(sorted(set(self.rig_name_of_run or ())))
 
     def columns(self) -> dict[str, Any]:
