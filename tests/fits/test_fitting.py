@@ -1,5 +1,6 @@
 """Fits: planted truth is found, the certificate can fail, what data cannot give is not given."""
 
+import itertools
 from dataclasses import replace
 from typing import Any
 
@@ -26,7 +27,8 @@ from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction.law import to_constants, to_internal
+from oilfilm.traction import ALL_LAWS, LAWS
+from oilfilm.traction.law import QUANTITIES, to_constants, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from pcs_exports import shipped_numbers
 
@@ -153,6 +155,27 @@ def test_unfit_data_end_in_a_verdict(quick: Settings, spoil: Any, reason: dict[s
     assert certificate_sentence(quality).startswith("not fitted: ")
     assert fit.coefficients["value"].isna().all()
     assert len(fit.coefficients) == 12
+
+
+def test_only_conditions_that_the_law_needs_are_said_not_to_vary(quick: Settings) -> None:
+    points = make_points("4102", [(1.2, u, 70.0) for u in (20.0, 40.0)])
+    law = LAWS["wang-deng-critical-load"]
+    (quality,) = tables.rows(fit_oil(points, "4102", quick.fit, SEED, law).fit_quality)
+    assert quality["no_fit"] == "conditions did not vary"
+    sentence = certificate_sentence(quality)
+    assert sentence.endswith(f": {QUANTITIES['load_n'].short_meaning}")
+
+
+@pytest.mark.parametrize("varies", [*itertools.product([False, True], repeat=3)])
+def test_law_is_fitted_where_no_condition_that_it_needs_is_unvaried(
+    varies: tuple[bool, ...],
+) -> None:
+    for law in ALL_LAWS:
+        if law.unvaried_conditions(np.array(varies)):
+            with pytest.raises(ValueError, match="vary"):
+                law.varied_groups(np.array(varies))
+        else:
+            law.varied_groups(np.array(varies))
 
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings) -> None:

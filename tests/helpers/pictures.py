@@ -59,7 +59,7 @@ def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, 
     figure = figures()[name]
     references = {
         reference: study.read_reference(reference_file(reference))
-        for study in studies.load([figure.study] if figure.study else [])
+        for study in studies.load_studies([figure.study] if figure.study else [])
         for reference in figure.references
     }
     return draw_figure(name, results, config, references)

@@ -6,11 +6,13 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from jinja2 import FileSystemLoader
 
 from campaigns import ROOT
 from oilfilm import tables
+from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.logs.run_sheet import UNLISTED
-from oilfilm.report.document import Fact, _shown_tables, facts, percent_form
+from oilfilm.report.document import Fact, _environment, _shown_tables, facts, percent_form
 from oilfilm.report.sections.build import campaign_sections
 from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
@@ -153,6 +155,28 @@ def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
     case = {"name": forged, "gate": "drift", "count": 1, "reason": "it drifts", "advice": "Wait"}
     (fact,) = facts("report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet")
     assert fact == Fact("a.csv + Everything is certified: drift. It drifts.", "Wait.")
+
+
+def test_question_of_a_sentence_keeps_its_mark_and_is_said_once() -> None:
+    quality = {"law": "deng2026", "no_fit": "no traction", "fixed_conditions": ""}
+    lost = [{"oil": "4010", "certificate": certificate_sentence(quality)}]
+    nothing: dict[str, list[str]] = {"fitted": [], "misfits": [], "unrepeated": []}
+    texts = [
+        fact.text
+        for fact in facts("report/sections/fits.jinja", lost=lost, odd_curves=[], **nothing)
+    ]
+    (text,) = [text for text in texts if text.startswith("4010")]
+    assert text.endswith("file)?")
+    assert text.count("not fitted") == 1
+
+
+def test_second_line_of_advice_does_not_overwrite_the_first(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "two.jinja").write_text("- the run drifts\n> wait\n> repeat the run\n", "utf-8")
+    monkeypatch.setattr(_environment(), "loader", FileSystemLoader(tmp_path))
+    (fact,) = facts("two.jinja")
+    assert fact.advice == "Wait. Repeat the run."
 
 
 def test_every_setting_that_a_sentence_names_exists(config: Settings) -> None:

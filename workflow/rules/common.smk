@@ -24,7 +24,7 @@ from oilfilm.run.start import (
 from oilfilm.settings.resolve import resolve_given
 from oilfilm.tables.contract import contract_digest
 from oilfilm.tables.table_needs import (
-    NOT_IN_EVERY_CAMPAIGN,
+    OPTIONAL_TABLES,
     FIT_TABLES,
     SURFACE_TABLES,
     lacking_tables,

@@ -12,7 +12,7 @@ PAGE_FILES = sorted(
 # Every table but the samples, which are many files; none of a table that this campaign lacks.
 TABLE_FILES = {
     name: in_report(path, category="Tables") if path else []
-    for name, path in finished(*WRITTEN_TABLE_NAMES, *NOT_IN_EVERY_CAMPAIGN).items()
+    for name, path in finished(*WRITTEN_TABLE_NAMES, *OPTIONAL_TABLES).items()
 }
 
 
@@ -39,7 +39,7 @@ rule report:
             *LAW_FILES.values(),
             *TABLE_DECLARATIONS,
             *STUDY_MODULES,
-            *studies.shown_tables(CAMPAIGN.studies),
+            *studies.shown_table_files(CAMPAIGN.studies),
         ),
         page=[file_digest(path) for path in PAGE_FILES],
         captions=[[figures()[name].title, figures()[name].caption] for name in CAMPAIGN.figures],

@@ -12,7 +12,7 @@ studies.declare_tables(studies.available())
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
     # a study is imported only where a figure has a reference file
-    loaded = studies.load(studies.available()) if inputs.references else []
+    loaded = studies.load_studies(studies.available()) if inputs.references else []
     references = {}
     for file in inputs.references:
         for study in loaded:

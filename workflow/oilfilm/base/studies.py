@@ -86,12 +86,18 @@ def table_names_by_need(package_name: str) -> Mapping[tuple[str, ...], tuple[str
 
     Such keys are `torque` and `twin`.
     """
-    entries = _package_declaration(package_name)["tables"]
-    return {tuple(entry["needs"]): tuple(entry["names"]) for entry in entries}
+    names_by_need: dict[tuple[str, ...], tuple[str, ...]] = {}
+    for entry in _package_declaration(package_name)["tables"]:
+        need = tuple(entry["needs"])
+        names_by_need[need] = (*names_by_need.get(need, ()), *entry["names"])
+    return names_by_need
 
 
 def declare_tables(package_names: Iterable[str]) -> None:
-    """Make the tables of some packages known to `oilfilm.tables`; an empty name is no package."""
+    """Make the tables of some packages known to `oilfilm.tables`.
+
+    An empty name (no simulator) is skipped.
+    """
     for package_name in package_names:
         if (folder(package_name) / "tables.py").is_file():
             import_module(f"{package_name}.tables")
@@ -127,7 +133,7 @@ def settings_module(package_name: str) -> ModuleType:
     return import_module(f"{package_name}.settings")
 
 
-def shown_tables(package_names: Iterable[str]) -> list[Path]:
+def shown_table_files(package_names: Iterable[str]) -> list[Path]:
     """Files in which some packages declare the tables that the report shows."""
     files = (folder(package_name) / "shown_tables.yaml" for package_name in package_names)
     return [file for file in files if file.is_file()]
@@ -154,7 +160,7 @@ def published_law(oil_name: str) -> Any:
     return import_module(file.parent.name).printed(oil_name)
 
 
-def load(package_names: Iterable[str]) -> list[Study]:
+def load_studies(package_names: Iterable[str]) -> list[Study]:
     """The studies among some packages."""
     return [import_module(f"{file.parent.name}.study").STUDY for file in study_files(package_names)]
 

@@ -13,7 +13,7 @@ from oilfilm.exports.campaign import export_oils
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    (study,) = studies.load(studies.available())
+    (study,) = studies.load_studies(studies.available())
     published, constants_file = study.describe_published()
     descriptions = [
         description for description in published if options.oil in (None, description.oil)

@@ -536,7 +536,7 @@ def export_campaign(
     digests = {key: provenance[key] for key in ("code", "settings", "inputs")}
     files_of_studies: dict[str, bytes] = {}
     sentences_of_studies = ""
-    for study in studies.load(settings.campaign.studies):
+    for study in studies.load_studies(settings.campaign.studies):
         files_of_study = study.exports(identifier_of_oil, settings, digests)
         if files_of_study:
             files_of_studies |= files_of_study

@@ -6,24 +6,29 @@ Decides: what is said of a fit that is certified, that is not certified, or that
 from collections.abc import Mapping
 from typing import Any
 
-from oilfilm.fits.conditions import fixed_from_text
+import numpy as np
 
-# By the code in `doubts`; in braces are columns of `fit_quality`. Where errors or constants of the
-# searches differ, searches disagree as well: that sentence comes first and says whose they are.
+from oilfilm.fits.conditions import fixed_from_text
+from oilfilm.traction import ALL_LAWS
+from oilfilm.traction.law import QUANTITIES
+
+_LAW_BY_NAME = {law.name: law for law in ALL_LAWS}
+# By the code in `doubts`; in braces are columns of `fit_quality`. "their" stands for the searches:
+# where errors or constants differ, the sentence on searches that disagree comes first.
 _DOUBTS = {
     "searches disagree": "{searches_agreeing} of {searches} searches agree",
     "errors differ": "their SSE differ by {sse_spread:.1e}",
     "constants differ": "their constants differ by {constant_spread:.1e} standard errors",
     "gradient": "gradient cosine {gradient_cosine:.1e}",
-    "negative traction": "mu >= {min_traction:.1e} over the tested box",
+    "negative traction": "mu falls to {min_traction:.1e} in the tested box",
     "flat": "the SSE is flat in a direction of the constants",
     "at bounds": "bounds reached: {bounds}",
 }
 # By the code in `no_fit`.
 _NO_FIT = {
     "properties unknown": "the law needs the oil's properties and one known contact (config)",
-    "conditions did not vary": "the law cannot be fitted where these conditions did not vary: "
-    "{fixed}",
+    "conditions did not vary": "the law needs these conditions to vary, independently of the "
+    "others: {unvaried}",
     "no value": "the law needs conditions above zero, and a measured one is not",
     "no points": "0 accepted points",
     "unknown traction": "{unusable_points:.0f} accepted points have no traction coefficient or no "
@@ -44,12 +49,9 @@ def certificate_sentence(quality_row: Mapping[str, Any]) -> str:
         quality_row: A row of the table `fit_quality`.
     """
     if quality_row["no_fit"]:
-        fixed_names = ", ".join(
-            fixed.condition for fixed in fixed_from_text(quality_row["fixed_conditions"])
-        )
-        return (
-            f"not fitted: {_NO_FIT[quality_row['no_fit']].format(fixed=fixed_names, **quality_row)}"
-        )
+        unvaried = _unvaried_in_words(quality_row)
+        reason = _NO_FIT[quality_row["no_fit"]].format(unvaried=unvaried, **quality_row)
+        return f"not fitted: {reason}"
     if quality_row["certified"]:
         agreeing, searches = quality_row["searches_agreeing"], quality_row["searches"]
         return f"certified: {agreeing} of {searches} searches agree"
@@ -58,3 +60,12 @@ def certificate_sentence(quality_row: Mapping[str, Any]) -> str:
         _DOUBTS[doubt].format(bounds=bounds, **quality_row) for doubt in quality_row["doubts"]
     ]
     return f"not certified: {'; '.join(doubts)}"
+
+
+def _unvaried_in_words(quality_row: Mapping[str, Any]) -> str:
+    """The conditions that must vary for the law of a fit, and did not."""
+    law = _LAW_BY_NAME[quality_row["law"]]
+    fixed_names = {fixed.condition for fixed in fixed_from_text(quality_row["fixed_conditions"])}
+    condition_varies = np.array([name not in fixed_names for name in law.conditions])
+    unvaried_names = law.unvaried_conditions(condition_varies)
+    return ", ".join(QUANTITIES[name].short_meaning for name in unvaried_names)

@@ -5,7 +5,7 @@ templates: each line of a template is one sentence and begins with a mark.
 
     - 212 of 218 runs are accepted.          a fact
     ! 4010: the fit is NOT certified.        trouble: shown before all sections, and only there
-    > Repeat the run.                        what to do about the sentence above
+    > Repeat the run.                        what to do about it; more lines add sentences
 
 `shown_tables.yaml` beside this module declares which columns of the finished tables are shown.
 
@@ -38,10 +38,10 @@ _LINE_END = re.compile(r"[\r\n]+")
 
 @dataclass(frozen=True)
 class Fact:
-    """A result of the campaign in one or two sentences.
+    """A result of the campaign in a sentence.
 
     Attributes:
-        text: The sentences.
+        text: The sentence.
         advice: What to do about it.
         is_trouble: Whether the report shows it before all sections.
     """
@@ -103,7 +103,8 @@ def facts(template: str, **variables: Any) -> list[Fact]:
     """Facts made by a template.
 
     Args:
-        template: File below the library's folder, as `report/sections/data.jinja`.
+        template: File below the library's folder, as `report/sections/data.jinja`. That of a study
+            begins with the name of its package.
         variables: The variables of the template. A line end within a text becomes a blank.
 
     Raises:
@@ -122,27 +123,32 @@ def facts(template: str, **variables: Any) -> list[Fact]:
                 continue
             case "-" | "!":
                 # the first word may be a name: it keeps its small letter
-                facts_so_far.append(
-                    Fact(f"{line_text.strip().rstrip('.')}.", is_trouble=mark == "!")
-                )
+                facts_so_far.append(Fact(_with_end_mark(line_text), is_trouble=mark == "!"))
             case ">" if facts_so_far:
-                facts_so_far[-1] = replace(facts_so_far[-1], advice=sentence(line_text))
+                advice = f"{facts_so_far[-1].advice} {sentence(line_text)}".strip()
+                facts_so_far[-1] = replace(facts_so_far[-1], advice=advice)
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
     return facts_so_far
 
 
 def sentence(text: str) -> str:
-    """A text as a sentence: with a capital letter and a full stop.
+    """A text as a sentence: with a capital letter, and a full stop if it is no question.
 
     Examples:
-        >>> sentence("the log is cut")
-        'The log is cut.'
+        >>> sentence("the log is cut"), sentence("is the log cut?")
+        ('The log is cut.', 'Is the log cut?')
     """
     text = text.strip()
     if not text:
         return ""
-    return f"{text[0].upper()}{text[1:].rstrip('.')}."
+    return _with_end_mark(f"{text[0].upper()}{text[1:]}")
+
+
+def _with_end_mark(text: str) -> str:
+    """A text with one full stop at its end, or with its own question or exclamation mark."""
+    text = text.strip().rstrip(".")
+    return text if text.endswith(("?", "!")) else f"{text}."
 
 
 def _percent_in_sentence(share: float, digits: int = 1) -> str:
@@ -150,9 +156,9 @@ def _percent_in_sentence(share: float, digits: int = 1) -> str:
     return UNKNOWN if np.isnan(share) else f"{100 * share:.{digits}f} %"
 
 
-def _number_in_sentence(value: float, form: str = ".3g") -> str:
+def _number_in_sentence(value: float, number_format: str = ".3g") -> str:
     """A number with the digits that a reader needs, in a sentence."""
-    return UNKNOWN if np.isnan(value) else format(value, form)
+    return UNKNOWN if np.isnan(value) else format(value, number_format)
 
 
 def counted(count: int, noun: str) -> str:
@@ -353,7 +359,7 @@ def show_table(
 def _shown_tables() -> dict[str, Any]:
     """Declarations of the shown tables of oilfilm and of all studies, by name."""
     declarations = dict(_yaml_content(Path(__file__).with_name("shown_tables.yaml")))
-    for file in studies.shown_tables(studies.available()):
+    for file in studies.shown_table_files(studies.available()):
         declarations |= _yaml_content(file)
     return declarations
 

@@ -10,7 +10,7 @@ import pandas as pd
 from oilfilm.base.errors import OilfilmError
 from oilfilm.tables import empty, read, read_parts
 from oilfilm.tables.dictionary import TABLES
-from oilfilm.tables.table_needs import FIT_TABLES, NOT_IN_EVERY_CAMPAIGN
+from oilfilm.tables.table_needs import FIT_TABLES, OPTIONAL_TABLES
 
 # Columns of `points` with what was measured and at which conditions. Read only these where they are
 # enough: the table has three times as many, and is the largest one of a large campaign.
@@ -71,7 +71,7 @@ class CampaignTables:
         }
         files: dict[str, list[Path]] = {}
         for name, path in paths.items():
-            is_left_out = name in NOT_IN_EVERY_CAMPAIGN and not path.exists()
+            is_left_out = name in OPTIONAL_TABLES and not path.exists()
             files[name] = [] if is_left_out else [path]
         return cls(files)
 

@@ -1,5 +1,7 @@
 """The parts of a campaign that a table needs; read by the Snakefile without importing pandas.
 
+`FIT_TABLES` and `SURFACE_TABLES` are the tables of one fit and of one surface.
+
 Decides: which tables a campaign does not have.
 """
 
@@ -25,10 +27,10 @@ _TABLE_NAMES_BY_NEED: dict[tuple[str, ...], tuple[str, ...]] = {
         "test_plan",
     )
 }
-for study in studies.available():
-    for needed_parts, table_names in studies.table_names_by_need(study).items():
-        _TABLE_NAMES_BY_NEED[study, *needed_parts] = table_names
-# Tables that one fit writes: one fit per oil and law.
+for package_name in studies.available():
+    for needed_parts, table_names in studies.table_names_by_need(package_name).items():
+        _TABLE_NAMES_BY_NEED[package_name, *needed_parts] = table_names
+# Names of the tables that one fit writes: one fit per oil and law.
 FIT_TABLES = (
     "coefficients",
     "fit_quality",
@@ -38,10 +40,10 @@ FIT_TABLES = (
     "curve_residuals",
     "law_points",
 )
-# Tables of the surface of one oil.
+# Names of the tables that the surface of one oil writes.
 SURFACE_TABLES = ("surfaces", "surface_sizes", "surface_constants")
-# Tables that some campaigns do not have.
-NOT_IN_EVERY_CAMPAIGN = tuple(chain.from_iterable(_TABLE_NAMES_BY_NEED.values()))
+# Names of the tables that some campaigns do not have.
+OPTIONAL_TABLES = tuple(chain.from_iterable(_TABLE_NAMES_BY_NEED.values()))
 
 
 def lacking_tables(campaign: Campaign) -> frozenset[str]:

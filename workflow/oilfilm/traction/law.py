@@ -194,6 +194,18 @@ class Law:
         """
         return self
 
+    def unvaried_conditions(self, condition_varies: BoolArray) -> tuple[str, ...]:
+        """Conditions that do not vary, although the law can only be fitted where they do.
+
+        Args:
+            condition_varies: Whether each of `conditions` varies.
+        """
+        return tuple(
+            name
+            for name, varies in zip(self.conditions, condition_varies, strict=True)
+            if name in self.must_vary and not varies
+        )
+
     def varied_groups(self, condition_varies: BoolArray) -> BoolArray:
         """Whether each group varies, from whether each condition varies.
 
@@ -203,9 +215,9 @@ class Law:
         Raises:
             ValueError: The law cannot be fitted where only these conditions vary.
         """
-        for name, varies in zip(self.conditions, condition_varies, strict=True):
-            if name in self.must_vary and not varies:
-                raise ValueError(f"{self.name} needs {name} to vary")
+        unvaried_conditions = self.unvaried_conditions(condition_varies)
+        if unvaried_conditions:
+            raise ValueError(f"{self.name} needs {' and '.join(unvaried_conditions)} to vary")
         return condition_varies
 
     def mu_of_magnitudes(self, magnitudes: FloatArray, slip: FloatArray) -> FloatArray:

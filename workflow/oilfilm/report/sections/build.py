@@ -768,6 +768,6 @@ def campaign_sections(results: CampaignTables, settings: Settings) -> list[Secti
         laws_section(results, settings),
         bearing_section(results, settings),
     ]
-    for study in studies.load(settings.campaign.studies):
+    for study in studies.load_studies(settings.campaign.studies):
         all_sections += study.sections(results, settings)
     return [section for section in all_sections if section]

@@ -115,14 +115,22 @@ class WangDengGroups(Law):
         """See `Law.in_contacts`."""
         return replace(self, radius_m=radius_m, reduced_modulus_pa=reduced_modulus_pa)
 
+    def unvaried_conditions(self, condition_varies: BoolArray) -> tuple[str, ...]:
+        """See `Law.unvaried_conditions`. Of U and T both must vary, or neither."""
+        _, speed_varies, temperature_varies = condition_varies
+        if speed_varies == temperature_varies:
+            return ()
+        _, speed_name, temperature_name = self.conditions
+        return (temperature_name,) if speed_varies else (speed_name,)
+
     def varied_groups(self, condition_varies: BoolArray) -> BoolArray:
         """See `Law.varied_groups`. Speed and thermal loading are separable if both U and T vary.
 
         Raises:
             ValueError: Only one of U and T varies.
         """
-        load_varies, speed_varies, temperature_varies = condition_varies
-        if speed_varies != temperature_varies:
+        load_varies, speed_varies, _ = condition_varies
+        if self.unvaried_conditions(condition_varies):
             raise ValueError(
                 f"{self.name} needs speed and temperature to vary independently, or neither"
             )
