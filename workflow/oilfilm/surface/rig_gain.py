@@ -1,15 +1,17 @@
 """The gain of a rig that made none of the runs.
 
-The gains of rigs are normally distributed. Their standard deviation s is not known exactly: a few
+The gain of a rig is the relative error of traction force that all its runs share. The gains of rigs
+are normally distributed. Their standard deviation s is not known exactly: a few
 rigs show it in part, and something is known before the data. With n gains that the data resolve,
 the density of ln s is
 
     p(ln s) ~ s^-n exp(-n v / (2 s^2)) exp(-(ln s - ln m)^2 / (2 r^2)),
 
 where v is the mean square of the resolved gains, m the median of s before the data, and r the
-standard deviation of ln s before the data. The gain of another rig is drawn with each s. Without
-the last factor it follows Student's t with n degrees of freedom; without the first ones it is what
-was expected before the data.
+standard deviation of ln s before the data. The last factor is the prior of s, and p its posterior.
+The gain of another rig is a mixture of normal distributions over this posterior. With a flat prior
+of ln s the gain follows Student's t with n degrees of freedom. Without resolved gains (n = 0) the
+posterior is the prior.
 
 Where the search has found the most likely s, the derivative of ln p is 0 there. This gives n v.
 
@@ -25,8 +27,8 @@ from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import LogNormal
 from oilfilm.surface.interval import normal_factor
 
-# Number of standard deviations s over which is summed.
-_SIZES_OF_SUM = 2001
+# Number of standard deviations s at which the posterior is evaluated.
+_GRID_POINTS = 2001
 
 
 def resolved_count(covariance: FloatArray) -> float:
@@ -39,17 +41,17 @@ def resolved_count(covariance: FloatArray) -> float:
     Args:
         covariance: Covariance of the gains given the data, in units of s^2, shape (rigs, rigs).
     """
-    resolved = np.eye(len(covariance)) - covariance
-    return float(np.sum(resolved**2))
+    resolution_matrix = np.eye(len(covariance)) - covariance
+    return float(np.sum(resolution_matrix**2))
 
 
 def factor_of_another_rig(
-    size: float, resolved_rigs: float, before_data: LogNormal, level: float
+    gain_sd: float, resolved_rigs: float, before_data: LogNormal, level: float
 ) -> float:
     """Factor on the standard deviation of the gains, for the gain of another rig.
 
     Args:
-        size: The most likely standard deviation s.
+        gain_sd: The most likely standard deviation s.
         resolved_rigs: Number of gains that the data resolve, as `resolved_count` gives it.
         before_data: What is known of s before the data.
         level: Share of other rigs that the interval should hold.
@@ -57,25 +59,25 @@ def factor_of_another_rig(
     Returns:
         The quantile of the gain of another rig over that of a normal distribution with s.
     """
-    # a saved fit is read without it
+    # Imported late: reading a saved fit does not need SciPy.
     import scipy.optimize  # noqa: PLC0415
 
-    ln_sizes = np.linspace(np.log(before_data.smallest), np.log(before_data.largest), _SIZES_OF_SUM)
-    ln_shift = (np.log(size) - np.log(before_data.median)) / before_data.ln_sd**2
-    sum_of_squares = max(size**2 * (resolved_rigs + ln_shift), 0.0)
+    ln_sds = np.linspace(np.log(before_data.smallest), np.log(before_data.largest), _GRID_POINTS)
+    ln_shift = (np.log(gain_sd) - np.log(before_data.median)) / before_data.ln_sd**2
+    sum_of_squares = max(gain_sd**2 * (resolved_rigs + ln_shift), 0.0)
     ln_density = (
-        -resolved_rigs * ln_sizes
-        - sum_of_squares / 2 * np.exp(-2 * ln_sizes)
-        - ((ln_sizes - np.log(before_data.median)) / before_data.ln_sd) ** 2 / 2
+        -resolved_rigs * ln_sds
+        - sum_of_squares / 2 * np.exp(-2 * ln_sds)
+        - ((ln_sds - np.log(before_data.median)) / before_data.ln_sd) ** 2 / 2
     )
     weights = scipy.special.softmax(ln_density)
-    sizes = np.exp(ln_sizes)
+    sds = np.exp(ln_sds)
 
-    def share_beyond(gain: float) -> float:
+    def excess_share(gain: float) -> float:
         """Share of other rigs whose gain is farther from 0 than this one, less the wanted share."""
-        return float(weights @ (2 * scipy.special.ndtr(-gain / sizes))) - (1 - level)
+        return float(weights @ (2 * scipy.special.ndtr(-gain / sds))) - (1 - level)
 
     nearest = normal_factor(level) * before_data.smallest
     farthest = normal_factor(level) * before_data.largest
-    quantile = scipy.optimize.brentq(share_beyond, nearest, farthest)
-    return float(quantile / (normal_factor(level) * size))
+    quantile = scipy.optimize.brentq(excess_share, nearest, farthest)
+    return float(quantile / (normal_factor(level) * gain_sd))
