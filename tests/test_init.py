@@ -406,3 +406,17 @@ def test_time_without_unit_is_seconds_if_it_may_be(
         "ball_track_radius_m",
         "disc_track_radius_m",
     } <= made_project.lines_by_key.keys()
+
+
+@pytest.mark.parametrize("names", [("time", "total time"), ("Time [s]", "Total Time [s]")])
+def test_a_time_beside_a_total_time_is_asked_for(tmp_path: Path, names: tuple[str, str]) -> None:
+    time_name, total_name = names
+    header = f"{time_name},{total_name},rpm ball,rpm disc,load N,friction force N,oil temp degC"
+    values = standstill.log()
+    order = ["ball_speed", "disc_speed", "load", "traction_force", "inlet_temperature"]
+    total_s = np.arange(len(values["time"])) * 0.05
+    # begins anew in every step
+    rows = np.column_stack([total_s % 10, total_s, *(values[name] for name in order)])
+    text = "\n".join([header, *(",".join(map(str, row)) for row in rows.tolist()), ""])
+    made_project = project_of_bytes(tmp_path, text.encode())
+    assert f"perhaps {time_name}, {total_name}" in made_project.lines_by_key["time"]

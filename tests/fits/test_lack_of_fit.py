@@ -1,13 +1,16 @@
 """Repeats part the residuals into noise and lack of fit."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
+from campaigns import rows
 from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import condition_level_numbers
-from oilfilm.fits.soundness import lack_of_fit
+from oilfilm.fits.soundness import lack_of_fit, noise_and_misfit
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 
 def test_published_example_of_the_lack_of_fit_test() -> None:
@@ -95,3 +98,37 @@ def test_runs_have_one_condition_within_the_range_that_the_settings_give(
     same = config.same_condition.model_copy(update={"inlet_temperature_c": range_c})
     temperatures = np.array([50.0, 53.0, 56.0])
     assert condition_level_numbers("inlet_temperature_c", temperatures, same).tolist() == levels
+
+
+def test_a_set_temperature_below_0_is_no_level_of_a_measured_one(config: Settings) -> None:
+    # two runs state -3 degC, the number that stood for the second level of measured temperatures;
+    # two runs state none
+    names, set_c = ["cold-1", "cold-2", "hot-1", "hot-2"], [-3.0, -3.0, np.nan, np.nan]
+    runs = [
+        {"run_id": name, "oil": "4102", "rig": "rig", "nominal_inlet_temperature_c": level}
+        for name, level in zip(names, set_c, strict=True)
+    ]
+    slip = np.array([0.01, 0.02, 0.05, 0.1, 0.2])
+    points = pd.DataFrame(
+        {
+            "run_id": np.repeat(names, len(slip)),
+            "inlet_temperature_c": np.repeat([-3.0, -3.0, 60.0, 60.0], len(slip)),
+            "slide_roll_ratio": np.tile(slip, len(names)),
+        }
+    ).assign(max_hertz_pressure_gpa=1.0, load_n=50.0, entrainment_speed_m_s=30.0)
+    points["traction_coefficient"] = 0.05 * np.tanh(points["slide_roll_ratio"] / 0.03)
+    # constants without exponents
+    constants = {"A0": -0.01567792, "B0": 0.63482685, "C0": 24.43483717}
+    coefficients = [
+        {"oil": "4102", "law": "deng2026", "constant": name, "value": value}
+        for name, value in constants.items()
+    ]
+    quality = {"oil": "4102", "law": "deng2026", "configured": True, "rmse": 1e-3}
+    results = CampaignTables.in_memory(
+        runs=rows("runs", *runs),
+        points=points.assign(oil="4102", accepted=True, traction_coefficient_se=np.nan),
+        coefficients=rows("coefficients", *coefficients),
+        fit_quality=rows("fit_quality", quality),
+    )
+    (lack,) = noise_and_misfit(results, config).to_dict("records")
+    assert (lack["n_repeats"], lack["n_repeated_conditions"]) == (2, 2)

@@ -12,8 +12,18 @@ from lawless_truths import DENG_CONSTANTS, TRUTHS
 from measured_surfaces import with_measured_surface
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import Coefficients, FittedLaw, given_surface
-from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, oil_pair
+from oilfilm.fits.oil_pairs import (
+    MeasuredOil,
+    Obstacle,
+    assumptions_of_pair,
+    limits_of_pair,
+    oil_pair,
+)
+from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.settings.resolved import Settings
+from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.limits import SurfaceLimits
+from oilfilm.surface.measurements import LevelWidths
 from oilfilm.surface.ratio import RatioSurface
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, to_constants
@@ -67,6 +77,41 @@ def test_oils_whose_runs_are_on_several_rigs_have_a_ratio(config: Settings) -> N
     fit = replace(measured, read_surface=partial(given_surface, surface))
     pair = oil_pair(replace(first, fit=fit), second)
     assert isinstance(pair.ratio_or_obstacle, RatioSurface)
+
+
+def test_a_pair_is_judged_by_what_both_oils_need_and_assume(config: Settings) -> None:
+    first = oil(1.0, grid(PRESSURES, ends(SPEEDS), ends(TEMPERATURES)), 74)
+    measured = with_measured_surface(FIT, first.points, config.surface, "oil")
+    assert measured.surface is not None
+
+    def oil_with(limits: SurfaceLimits, assumptions: RunAssumptions) -> MeasuredOil:
+        surface = replace(measured.surface, limits=limits, assumptions=assumptions)
+        fit = replace(measured, read_surface=partial(given_surface, surface))
+        return replace(first, fit=fit)
+
+    usual_gain = RunErrorSizes().gain
+    one = oil_with(
+        SurfaceLimits(level=0.9, reach_in_ranges=0.2, fewest_slips=5),
+        RunAssumptions(LevelWidths(0.01, 0.04, 5.0), usual_error_names=("zero",)),
+    )
+    other = oil_with(
+        SurfaceLimits(level=0.8, largest_spread=0.1),
+        RunAssumptions(
+            LevelWidths(0.02, 0.03, 2.0),
+            RunErrorSizes(gain=replace(usual_gain, median=7 * usual_gain.median)),
+            usual_error_names=("noise", "zero"),
+        ),
+    )
+    for pair in ((one, other), (other, one)):
+        assert limits_of_pair(*pair) == SurfaceLimits(
+            level=0.9, largest_spread=0.1, fewest_slips=5, reach_in_ranges=0.2
+        )
+        assumptions = assumptions_of_pair(*pair)
+        assert assumptions.level_widths == LevelWidths(0.01, 0.03, 2.0)
+        # root mean square of 1 and 7
+        assert assumptions.errors.gain.median == pytest.approx(5 * usual_gain.median)
+        assert set(assumptions.usual_error_names) == {"zero", "noise"}
+    assert assumptions_of_pair(one, one).errors == RunErrorSizes()
 
 
 def test_few_common_conditions_give_no_ratio() -> None:

@@ -93,7 +93,9 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
             {"oil": "4102", "sound": True, **sound},
             {"oil": "4050", **sound, **changed},
         ),
-        torque_runs=rows("torque_runs", {"run_id": "torque2.csv", "accepted": True}),
+        torque_runs=rows(
+            "torque_runs", {"run_id": "torque2.csv", "file": "torque2.csv", "accepted": True}
+        ),
         torque_quarantine=rows("quarantine", {"file": "torque.csv", "rule": "zero_drift"}),
         torque=rows(
             "torque",

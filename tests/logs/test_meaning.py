@@ -309,6 +309,7 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
             "Cycle time [s]",
             "delay time [s]",
         ),
+        *("Step time [s]", "Schrittzeit", "Lap time (s)", "time per stage [s]", "步骤时间 [s]"),
     ],
 )
 def test_name_of_what_may_be_no_reading_is_asked(name: str) -> None:

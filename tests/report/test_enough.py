@@ -76,7 +76,8 @@ def test_torque_logs_need_accepted_runs_of_their_own(config: Settings) -> None:
         )
         return shortfalls(results, campaign(config, torque=torque))
 
-    a, b = {"run_id": "a", "oil": "x"}, {"run_id": "b.xlsx:1", "oil": "y"}
+    a = {"run_id": "a", "file": "a", "oil": "x"}
+    b = {"run_id": "b.xlsx:1", "file": "b.xlsx", "oil": "y"}
     # a plateau is enough for its run; a remark on a file with runs is no refusal of it
     kept = [{**a, "accepted": True}, {**a, "accepted": False}]
     assert lacking(kept, {"file": "a", "run_id": "a"}) == []
@@ -89,3 +90,14 @@ def test_torque_logs_need_accepted_runs_of_their_own(config: Settings) -> None:
     # refused runs leave no plateau
     refused = {"file": "c", "run_id": "c"}, {"file": "d"}
     assert lacking([], *refused) == ["0 of 2 torque runs accepted, expected at least 1"]
+
+
+def test_a_torque_log_with_a_colon_in_its_name_is_a_log_of_its_own(config: Settings) -> None:
+    # of the clock, not of a run in a file
+    kept = {"run_id": "10:15.csv", "file": "10:15.csv", "oil": "x", "accepted": True}
+    unread = {"file": "10", "rule": "unreadable", "reason": "-", "advice": "-"}
+    results = runs(x="A").replace(
+        torque_runs=rows("torque_runs", kept), torque_quarantine=rows("quarantine", unread)
+    )
+    with_torque = campaign(config, torque=config.plain()["campaign"]["torque"])
+    assert "torque runs: 1 of 2 accepted" in accepted_runs_text(results, with_torque)

@@ -18,7 +18,7 @@ from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
-from reports import OILS, report_of
+from reports import OILS, report_of, rows
 
 Write = Callable[..., str]
 
@@ -167,3 +167,17 @@ def test_header_says_once_where_the_data_are_from(write: Write, text: str) -> No
 def test_page_of_a_release_says_which(text: str) -> None:
     assert '<dd id="release">not released</dd>' in text
     assert '<dd id="release">v1-0123456789ab</dd>' in with_release(text, "v1-0123456789ab")
+
+
+def test_names_of_users_are_shown_as_they_are_written(write: Write) -> None:
+    refused = {
+        **{"file": "mu-run3.csv", "run_id": "mu-run3.csv:um R2", "rule": "stuck", "oil": "mu oil"},
+        **{"reason": "the mu of 'mu [degC]' of mu oil is >= 1", "advice": "Log mu-run3.csv again"},
+    }
+    unread = {"file": "S 5 lambda.csv", "rule": "unreadable", "reason": "no mu", "advice": "-"}
+    page = Page(write(quarantine=rows("quarantine", refused, unread)))
+    assert "mu-run3.csv:um R2: stuck" in page.text
+    # the sentence has the symbols of print, the names have not
+    assert "The \u03bc of 'mu [degC]' of mu oil is \u2265 1" in page.text
+    assert "Log mu-run3.csv again" in page.text
+    assert "S 5 lambda.csv: unreadable. No \u03bc." in page.text

@@ -80,6 +80,19 @@ def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config
     assert row["Median error"] == row["Largest error"] == percent_form(1)(0.1)
 
 
+def test_torque_logs_with_a_colon_in_their_names_are_counted_one_by_one(
+    results: CampaignTables, config: Settings
+) -> None:
+    # two times of day, and two runs of one workbook
+    names = {"10:15.csv": "10:15.csv", "10:30.csv": "10:30.csv", "b.xlsx:1": "b.xlsx"}
+    plateaus = [
+        {"run_id": run_id, "file": file, "accepted": True}
+        for run_id, file in [*names.items(), ("b.xlsx:2", "b.xlsx")]
+    ]
+    changed = results.replace(torque_runs=rows("torque_runs", *plateaus))
+    assert "3 of them have runs that were kept" in told(by_anchor(changed, config)["bearing"])
+
+
 def test_bearing_section_says_where_the_motion_is_not_known(
     results: CampaignTables, config: Settings
 ) -> None:

@@ -136,6 +136,17 @@ def test_what_an_oil_was_not_tested_at_is_marked(fitted):
     assert np.isnan(prediction.interval(2.0)[0]).tolist() == [False, True, True]
 
 
+def test_a_slip_below_the_tested_ones_of_either_oil_is_marked(oils):
+    # the first oil was tested from 0.002 on, the second from about 0.0055
+    first, second = oils
+    is_kept = second.measurements.slip > 1.1 * SLIPS[0]
+    fewer = replace(second, measurements=second.measurements.select_points(is_kept))
+    slip = np.array([0.001, 0.004, SLIPS[1], 0.01])
+    at = np.tile([1.2, 30.0, 70.0], (len(slip), 1))
+    for pair in ((first, fewer), (fewer, first)):
+        assert fit_ratio(*pair).predict(at, slip).is_outside.tolist() == [True, True, False, False]
+
+
 def test_far_conditions_stand_for_all_of_a_large_campaign(oils):
     runs = PairedRuns(*(oil.measurements.in_canonical_order() for oil in oils))
     few = runs.standing_for_all(10)

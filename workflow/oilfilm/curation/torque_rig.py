@@ -57,7 +57,7 @@ class TorqueRig(RigKind):
     columns_with_change: tuple[str, ...] = ("torque_n_m", "oil_temperature_c", "axial_load_n")
     columns_with_transient: tuple[str, ...] = ()
     terms: Mapping[str, str] = {"sensor": sensor.name, "level": "speed"}
-    run_columns: tuple[str, ...] = ("oil", "rig", "sha256", "reader")
+    run_columns: tuple[str, ...] = ("file", "oil", "rig", "sha256", "reader")
     keeps_refused_runs = False
     shown_signals: Mapping[str, str] = {
         "torque_n_m": "Torque (N m)",

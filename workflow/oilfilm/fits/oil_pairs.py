@@ -5,6 +5,7 @@ Decides: how many conditions two oils must have in common for a ratio by their r
 
 from dataclasses import dataclass, replace
 from enum import StrEnum
+from functools import reduce
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +13,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
-from oilfilm.fits.measured_surface import Contact, free_law, usable_measurements
+from oilfilm.fits.measured_surface import Contact, OilSurface, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
@@ -106,22 +107,27 @@ def oil_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> OilPair:
 
 
 def limits_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> SurfaceLimits:
-    """What an answer must fulfil: the limits of the first of both oils that has a surface."""
-    for measured_oil in (first_oil, second_oil):
-        if measured_oil.fit.surface is not None:
-            return measured_oil.fit.surface.limits
-    return SurfaceLimits()
+    """What an answer must fulfil: the stricter limits of those oils that have a surface."""
+    limits_of_oils = [surface.limits for surface in _surfaces(first_oil, second_oil)]
+    return reduce(SurfaceLimits.stricter, limits_of_oils) if limits_of_oils else SurfaceLimits()
 
 
 def assumptions_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> RunAssumptions:
-    """What is known of the runs: that of the first of both oils that has a surface.
+    """What is known of the runs of both oils, of those that have a surface.
 
-    The rigs of its runs are left out: the runs of the other oil have others.
+    The rigs of the runs are left out.
     """
-    for measured_oil in (first_oil, second_oil):
-        if measured_oil.fit.surface is not None:
-            return replace(measured_oil.fit.surface.assumptions, rig_name_of_run=None)
-    return RunAssumptions()
+    assumptions_of_oils = [
+        replace(surface.assumptions, rig_name_of_run=None)
+        for surface in _surfaces(first_oil, second_oil)
+    ]
+    return reduce(RunAssumptions.joined, assumptions_of_oils or [RunAssumptions()])
+
+
+def _surfaces(*measured_oils: MeasuredOil) -> list[OilSurface]:
+    """The surfaces of those oils that have one."""
+    surfaces = (measured_oil.fit.surface for measured_oil in measured_oils)
+    return [surface for surface in surfaces if surface is not None]
 
 
 def _fitted_ratio(

@@ -7,7 +7,7 @@ Decides: which sizes of errors are expected where rigs state some of them.
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -105,6 +105,33 @@ class RunAssumptions:
             _errors_with_medians(np.exp(expected_logarithms).to_dict()),
             tuple(row["usual_errors"]),
             None if rig_names is None else tuple(rig_names),
+        )
+
+    def joined(self, other: "RunAssumptions") -> "RunAssumptions":
+        """What is known of the runs of two oils together.
+
+        The narrower range of a level counts, and the root mean square of an error, as for several
+        rigs. The rigs of the runs are left out: the other oil has other runs.
+
+        Args:
+            other: The assumptions of the other oil.
+        """
+        widths = {
+            width.name: min(
+                getattr(self.level_widths, width.name), getattr(other.level_widths, width.name)
+            )
+            for width in fields(LevelWidths)
+        }
+        medians = {}
+        for size in fields(RunErrorSizes):
+            sizes = [getattr(runs.error_sizes, size.name).median for runs in (self, other)]
+            medians[size.name] = float(np.sqrt(np.mean(np.square(sizes))))
+        # equal errors keep their last digit
+        are_equal = self.error_sizes == other.error_sizes
+        return RunAssumptions(
+            LevelWidths(**widths),
+            self.error_sizes if are_equal else _errors_with_medians(medians),
+            tuple(dict.fromkeys([*self.usual_error_names, *other.usual_error_names])),
         )
 
     @property

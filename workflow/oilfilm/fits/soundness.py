@@ -174,9 +174,9 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
         level_number = condition_level_numbers(
             measured, means[measured].to_numpy(float), settings.same_condition
         )
-        # these labels only tell conditions apart: a positive one is the value of a set point, a
-        # negative one is -1 less the number of a level of the measured means
-        labels[name] = runs[name].where(is_stated, -1.0 - level_number)
+        # in columns of their own: a temperature that is set may be any number, also that of a level
+        labels[name] = runs[name]
+        labels[measured] = np.where(is_stated, 0, level_number)
     return labels.groupby(list(labels), sort=False, dropna=False).ngroup()
 
 

@@ -527,7 +527,7 @@ _RULES: tuple[_Rule, ...] = (
 
 # Ranks of meanings: words come before symbols, and symbols before open meanings. Definitions and
 # locations of temperatures add small steps.
-_RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
+RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
 # Locations of temperatures, in the order in which they are preferred.
 _LOCATIONS = ("inlet", "bath", "oil", "")
 
@@ -536,7 +536,7 @@ def rank_of(meaning: Meaning) -> int:
     """Rank of a meaning: the column with the smallest rank is taken."""
     if meaning.question:
         return RANK_OF_OPEN
-    rank = _RANK_OF_SYMBOL if meaning.is_symbol else _RANK_OF_WORDS
+    rank = _RANK_OF_SYMBOL if meaning.is_symbol else RANK_OF_WORDS
     definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ("",))
     if meaning.definition in definitions:
         rank += definitions.index(meaning.definition)

@@ -38,7 +38,9 @@ from oilfilm.logs.log_kind import (
     Vocabulary,
 )
 from oilfilm.logs.meaning import (
+    RANK_OF_WORDS,
     VocabularyInWords,
+    concepts_in,
     is_of_another_definition,
     meaning_of,
     quantity_of_logs,
@@ -57,18 +59,23 @@ def columns_by_quantity(
     """Quantity -> name and unit of its likely column; several columns where it is in doubt.
 
     A name that says the quantity comes before a symbol, and both before a name that leaves it open.
+    Beside a total time another one may begin anew in each step: both are likely.
 
     Args:
         names_and_units: Name of each column and the unit beside it.
         vocabulary: Quantities, with the units in which each can be given.
     """
     ranks_by_quantity: dict[str, dict[tuple[str, str], int]] = {}
-    for name, unit_beside_name in dict.fromkeys(names_and_units):
+    distinct_columns = list(dict.fromkeys(names_and_units))
+    has_total_time = any({"total", "time"} <= concepts_in(name) for name, _ in distinct_columns)
+    for name, unit_beside_name in distinct_columns:
         unit = unit_beside_name or split_unit(name)[1]
         listed_meaning = vocabulary.meaning(name)
         if listed_meaning is not None:
             quantity, unit_of_name = listed_meaning
-            ranks_by_quantity.setdefault(quantity, {})[name, unit or unit_of_name] = 0
+            is_sure = quantity != "time" or not has_total_time
+            rank = 0 if is_sure else RANK_OF_WORDS
+            ranks_by_quantity.setdefault(quantity, {})[name, unit or unit_of_name] = rank
             continue
         likely_meaning = meaning_of(name, unit)
         if likely_meaning is None or is_of_another_definition(likely_meaning):
@@ -201,10 +208,13 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         if not unit and quantity != "time"
     }
     listed_column_of_quantity: dict[str, Column] = {}
-    for quantity, (name, _) in only_candidate_of_quantity.items():
-        unit = unit_in_name_of_quantity.get(quantity)
-        if unit == "":
-            unit = VOCABULARY.quantities[quantity][0]
+    for quantity, candidates in guessed_candidates.items():
+        # any one of several clocks shows what the log holds
+        if quantity not in only_candidate_of_quantity and quantity != "time":
+            continue
+        name, unit_beside_name = candidates[0]
+        usual_unit = VOCABULARY.quantities[quantity][0]
+        unit = None if unit_beside_name else stated_unit(name)[1] or usual_unit
         listed_column_of_quantity[quantity] = Column(name=[name], unit=unit)
     missing_quantities = _missing_quantities(candidates_by_quantity)
     runs: list[SniffedRun] = []

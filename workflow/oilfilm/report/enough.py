@@ -3,8 +3,8 @@
 Decides: when a run fails because too few runs were accepted.
 """
 
-from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from collections.abc import Iterator
+from typing import NamedTuple
 
 import pandas as pd
 
@@ -110,22 +110,20 @@ def _accepted_runs(
     if campaign.torque is not None:
         by_run = results.torque_runs.groupby("run_id")
         torque_runs = by_run.agg(oil=("oil", "first"), accepted=("accepted", "any"))
-        lost_runs = _lost_torque_runs(results.torque_quarantine, torque_runs.index)
+        lost_runs = _lost_torque_runs(results.torque_quarantine, results.torque_runs)
         yield "torque runs", _counts(pd.concat([torque_runs, lost_runs.assign(accepted=False)]))
 
 
-def _lost_torque_runs(quarantine: pd.DataFrame, run_ids: Iterable[Any]) -> pd.DataFrame:
+def _lost_torque_runs(quarantine: pd.DataFrame, plateaus: pd.DataFrame) -> pd.DataFrame:
     """Refused torque runs and unread logs, which have no plateau: `oil` by their names.
 
     Args:
         quarantine: Table `torque_quarantine`.
-        run_ids: Runs with a plateau, as `LOG` or `LOG:RUN`.
+        plateaus: Table `torque_runs`.
     """
     refused = quarantine[~quarantine["rule"].isin(REMARKS)]
     refused_names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
-    names_of_runs = {str(run_id) for run_id in run_ids}
-    names_of_their_logs = {run_id.rpartition(":")[0] or run_id for run_id in names_of_runs}
-    is_lost = ~refused_names.isin(names_of_runs | names_of_their_logs)
+    is_lost = ~refused_names.isin([*plateaus["run_id"], *plateaus["file"]])
     return refused[is_lost].groupby(refused_names[is_lost])[["oil"]].max()
 
 

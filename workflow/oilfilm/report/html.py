@@ -20,7 +20,7 @@ from oilfilm.report import captions
 from oilfilm.report.bearing_explorer import bearing_explorer_data
 from oilfilm.report.document import Section, meaning_by_word
 from oilfilm.report.explorer import explorer_data, law_script
-from oilfilm.report.names import with_print_symbols
+from oilfilm.report.names import texts_as_written, with_print_symbols
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections.build import drawn_points
 from oilfilm.settings.resolved import Settings
@@ -57,6 +57,13 @@ _LOOK_BY_VERDICT = {
     "no": "bad",
     "not sound": "bad",
     "worse": "bad",
+}
+# Columns with names that users give, by table.
+_COLUMNS_OF_NAMES = {
+    "runs": ["run_id", "file", "oil", "rig"],
+    "quarantine": ["run_id", "file", "oil"],
+    "torque_runs": ["run_id", "file", "oil", "bearing"],
+    "torque_quarantine": ["run_id", "file", "oil"],
 }
 # Most bytes that the tag of a picture takes in the page.
 _LARGEST_TAG = 200
@@ -108,6 +115,7 @@ def html_report(
     page_data["bearing"] = bearing_explorer_data(results, settings)
     context = {
         "sections": sections,
+        "as_written": texts_as_written(_names_of_users(results, settings)),
         "glossary": meaning_by_word(sections).items(),
         "settings": settings,
         "provenance": provenance,
@@ -135,6 +143,14 @@ def html_report(
         for picture in pictures_of_category
     ]
     return _template().render(context, embedded=_data_urls(pictures + signal_pictures, room_bytes))
+
+
+def _names_of_users(results: CampaignTables, settings: Settings) -> set[str]:
+    """Names of logs, runs, oils, rigs and bearings."""
+    names = {settings.campaign.name, *settings.oils, *settings.rigs}
+    for table_name, columns in _COLUMNS_OF_NAMES.items():
+        names.update(results.table(table_name, columns).to_numpy().ravel())
+    return names
 
 
 def _pictures_by_category(pngs: Sequence[Path]) -> dict[str, list[Picture]]:

@@ -4,7 +4,7 @@ Decides: names and units on axes; the symbols of print; the colour of an oil.
 """
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import NamedTuple
 
 from oilfilm.traction import LAW_TITLES
@@ -44,6 +44,8 @@ _SYMBOLS_OF_PRINT = {
     r"(?<=\d) (?=GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
     r"(?<=\bS) (?=\d)": "\N{NO-BREAK SPACE}",
 }
+# A text in quotes is that of a log or a settings file. An apostrophe within a word opens none.
+_QUOTED_TEXT = r"""(?<!\w)'[^']*'(?!\w)|(?<!\w)"[^"]*"(?!\w)"""
 
 
 def oil_colour(oil: str, oils: Sequence[str]) -> str:
@@ -96,13 +98,42 @@ def gate_in_words(gate_name: str) -> str:
     return gate_name.replace("_", " ")
 
 
-def with_print_symbols(text: str) -> str:
+def texts_as_written(names: Iterable[str]) -> re.Pattern[str]:
+    """Pattern of what the symbols of print must not change: quoted texts, and names of users.
+
+    Args:
+        names: Names of logs, runs, oils, rigs.
+    """
+    # all other names need no pattern: a campaign may have thousands
+    changed_names = {name for name in names if _with_symbols(name) != name}
+    # of two names that begin alike the longer one counts
+    patterns = [
+        rf"(?<!\w){re.escape(name)}(?!\w)" for name in sorted(changed_names, key=len, reverse=True)
+    ]
+    return re.compile(f"({'|'.join([*patterns, _QUOTED_TEXT])})")
+
+
+def with_print_symbols(text: str, as_written: re.Pattern[str] | None = None) -> str:
     """A sentence with the symbols of print in place of plain characters.
+
+    Args:
+        text: The sentence.
+        as_written: As `texts_as_written` gives it; where it is not given, no names are known.
 
     Examples:
         >>> with_print_symbols("mu >= 0")
         'μ ≥ 0'
+        >>> with_print_symbols("mu-oil: mu of mu-3.csv", texts_as_written(["mu-oil", "mu-3.csv"]))
+        'mu-oil: μ of mu-3.csv'
     """
+    parts = (as_written or texts_as_written(())).split(text)
+    # every second part is as it was written
+    parts[::2] = [_with_symbols(part) for part in parts[::2]]
+    return "".join(parts)
+
+
+def _with_symbols(text: str) -> str:
+    """A text with the symbols of print, whoever has written it."""
     for pattern, symbol in _SYMBOLS_OF_PRINT.items():
         text = re.sub(pattern, symbol, text)
     return text

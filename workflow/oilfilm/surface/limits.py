@@ -41,3 +41,11 @@ class SurfaceLimits:
             smallest = 1 if field.name == "reach_in_slip" else 0
             if not limit > smallest:
                 raise ValueError(f"{field.name} is {limit:g}; expected a number above {smallest}")
+
+    def stricter(self, other: "SurfaceLimits") -> "SurfaceLimits":
+        """The stricter one of each limit: an answer within them is within those of both."""
+        limits = {}
+        for field in fields(self):
+            choose = max if field.name in ("level", "fewest_slips") else min
+            limits[field.name] = choose(getattr(self, field.name), getattr(other, field.name))
+        return SurfaceLimits(**limits)

@@ -332,12 +332,16 @@ class RatioSurface:
     def _is_outside(self, conditions: FloatArray, slip: FloatArray) -> BoolArray:
         """Whether each point is beyond what was tested with an oil, shape (points,)."""
         scaled = scaled_conditions(conditions)
+        new_slip = scaled_slip(slip)
         is_outside = np.zeros(len(slip), dtype=bool)
         for measurements in (self.runs.first, self.runs.second):
             box = box_of(measurements)
             distance_beyond = np.maximum(box.lowest - scaled, scaled - box.highest)
             is_outside |= np.any(distance_beyond > box.level_widths, axis=1)
-            is_outside |= scaled_slip(slip) > scaled_slip(measurements.slip).max() + SAME_SLIP
+            # without slip each mu is 0, which needs no test; their ratio there is not known
+            tested_slip = scaled_slip(measurements.slip)
+            is_outside |= new_slip < tested_slip.min() - SAME_SLIP
+            is_outside |= new_slip > tested_slip.max() + SAME_SLIP
         return is_outside
 
 

@@ -476,8 +476,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     torque = results.torque
     if runs.empty and refusals.empty:
         return Section("bearing", "Bearing")
-    # `LOG` or `LOG:RUN`
-    kept_logs = {run_id.rpartition(":")[0] or run_id for run_id in runs["run_id"]}
+    kept_logs = set(runs["file"])
     # a refused run has no row in the table of runs
     read_logs = kept_logs | set(refusals.loc[refusals["stage"] == "curate", "file"])
     all_logs = read_logs | set(refusals.loc[~refusals["rule"].isin(REMARKS), "file"])
