@@ -109,7 +109,7 @@ def test_a_pair_is_judged_by_what_both_oils_need_and_assume(config: Settings) ->
         assumptions = assumptions_of_pair(*pair)
         assert assumptions.level_widths == LevelWidths(0.01, 0.03, 2.0)
         # root mean square of 1 and 7
-        assert assumptions.errors.gain.median == pytest.approx(5 * usual_gain.median)
+        assert assumptions.error_sizes.gain.median == pytest.approx(5 * usual_gain.median)
         assert set(assumptions.usual_error_names) == {"zero", "noise"}
     assert assumptions_of_pair(one, one).errors == RunErrorSizes()
 
