@@ -104,6 +104,11 @@ _RELATIVE = 1e-9
 # Traction near zero is a difference of terms of the size of the largest traction: rounding counts
 # beside this share of it.
 _CANCELLATION = 1e-3
+# Quantities of a bearing's contacts that are a speed over the entrainment speed, or follow from it.
+_OVER_ENTRAINMENT = {
+    *("largest_slide_roll_ratio", "inner_mean_slide_roll_ratio", "outer_mean_slide_roll_ratio"),
+    *("inner_slide_roll_ratio", "lambda_ratio"),
+}
 # What would be zero without rounding, beside 1. The verdict beside it is compared exactly.
 _RESIDUES = {
     *("sse_spread", "gradient_cosine", "relative_error"),
@@ -171,6 +176,10 @@ def _size(frame: pd.DataFrame, column: str) -> pd.Series:
     size = frame[column].abs()
     if column == "traction_coefficient":
         return size.clip(lower=_CANCELLATION * size.max())
+    # film and slip are over the entrainment speed: where that is the small rest of two large speeds,
+    # they share its cancellation, which is as large as the slip
+    if column in _OVER_ENTRAINMENT and "largest_slide_roll_ratio" in frame:
+        return size * frame["largest_slide_roll_ratio"].clip(lower=1.0)
     # a part of the torque may be the small rest of two large ones
     if column.endswith("_torque_n_m") and "torque_n_m" in frame:
         return frame["torque_n_m"].abs()

@@ -74,6 +74,10 @@ _KINK_LENGTH = 1e-3
 _ATTEMPTS = ((0.0, 0.0), (0.0, _KINK_LENGTH), (0.003, _KINK_LENGTH), (0.01, _KINK_LENGTH))
 # Largest residual on a curve along which bands shrink: the forces are steep beside a jump.
 _BAND_TOLERANCE = 1e-9
+# Halvings of all bands, before they vanish, by which a motion without bands is sought.
+_BAND_HALVINGS = 13
+# Jacobians by which a motion is found after a halving, half of them with damping.
+_HALVING_ITERATIONS = 30
 # Narrowest band of the rolling speed that may hold a motion, over the full band.
 _NARROWEST_BAND = 1e-3
 # A motion without band is the same as one with the narrowest band if their cage speeds, over their
@@ -455,8 +459,8 @@ def _traced_crossings(
 def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions with the problem's nodes, near others, with bands as narrow as possible.
 
-    Most motions are outside the bands, so that they are exact at once. The bands of the others
-    shrink along a curve. A motion whose curve turns back exists only because of the bands, and so
+    Most motions are outside the bands, so that they are exact at once. The bands of the others are
+    halved until they vanish. Where a motion is lost on that way they shrink along a curve. A motion whose curve turns back exists only because of the bands, and so
     does its partner. Where rolling resistance jumps at the motion itself, the motion is between
     the two sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
     """
@@ -469,23 +473,56 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
     banded_motions.bands[is_exact] = NO_BANDS
     within_bands = banded_motions.select(~is_exact)
+    released_motions, is_released = _with_halved_bands(problem, within_bands)
+    exact_motions = banded_motions.select(is_exact).joined(released_motions.select(is_released))
+    within_bands = within_bands.select(~is_released)
     if len(within_bands.point_index) == 0:
-        return banded_motions
+        return exact_motions
     narrowed_motions = _narrowed(problem, within_bands)
     # each point keeps at least one motion
-    kept_points = np.concatenate(
-        [banded_motions.point_index[is_exact], narrowed_motions.point_index]
-    )
+    kept_points = np.concatenate([exact_motions.point_index, narrowed_motions.point_index])
     is_last_of_point = ~np.isin(within_bands.point_index, kept_points)
-    return (
-        banded_motions.select(is_exact)
-        .joined(narrowed_motions)
-        .joined(within_bands.select(is_last_of_point))
-    )
+    return exact_motions.joined(narrowed_motions).joined(within_bands.select(is_last_of_point))
 
 
-def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
-    """Motions near others, with the bands of these, and whether each one was found."""
+def _with_halved_bands(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
+    """Motions after their bands were halved until they vanish, and whether each one was followed.
+
+    A motion is followed while it is found near that with twice the bands. Where a curve turns or
+    stalls at a kink depends on rounding; whether a motion is found near another one hardly does.
+    """
+    scale = problem.scale()
+    unknowns = motions.unknowns.copy()
+    followed_index = np.arange(len(motions.point_index))
+    for band_share in (*0.5 ** np.arange(1, _BAND_HALVINGS + 1), 0.0):
+        if len(followed_index) == 0:
+            break
+        point_index = motions.point_index[followed_index]
+        bands = np.repeat(band_share * FULL_BANDS, len(point_index), axis=0)
+        wider_unknowns = unknowns[followed_index]
+        halved_motions, is_solved = _solved_near(
+            problem, _Motions(point_index, wider_unknowns, bands), _HALVING_ITERATIONS
+        )
+        cage_speed_change = np.abs(halved_motions.unknowns - wider_unknowns)[:, _CAGE_INDEX]
+        is_followed = is_solved & (
+            cage_speed_change < _SAME_MOTION * scale[point_index, _CAGE_INDEX]
+        )
+        followed_index = followed_index[is_followed]
+        unknowns[followed_index] = halved_motions.unknowns[is_followed]
+    is_released = np.isin(np.arange(len(unknowns)), followed_index)
+    return _Motions(motions.point_index, unknowns, np.zeros_like(motions.bands)), is_released
+
+
+def _solved_near(
+    problem: FrictionProblem, motions: _Motions, newton_iterations: int = _NEWTON_ITERATIONS
+) -> tuple[_Motions, BoolArray]:
+    """Motions near others, with the bands of these, and whether each one was found.
+
+    Args:
+        problem: The points.
+        motions: The other motions.
+        newton_iterations: Jacobians of Newton's method, where Broyden's method finds no motion.
+    """
     banded_problem = replace(problem.at_points(motions.point_index), bands=motions.bands)
     scale = banded_problem.scale()
     neighbour = Neighbour.from_unknowns(banded_problem, motions.unknowns)
@@ -498,7 +535,7 @@ def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions,
         unsolved_equations,
         motions.unknowns[unsolved_index],
         scale[unsolved_index],
-        _NEWTON_ITERATIONS,
+        newton_iterations,
     )
     solution.replace_points(unsolved_index, newton_solution)
     return replace(motions, unknowns=solution.unknowns), solution.converged
