@@ -176,8 +176,8 @@ def _size(frame: pd.DataFrame, column: str) -> pd.Series:
     size = frame[column].abs()
     if column == "traction_coefficient":
         return size.clip(lower=_CANCELLATION * size.max())
-    # film and slip are over the entrainment speed: where that is the small rest of two large speeds,
-    # they share its cancellation, which is as large as the slip
+    # Film and slip follow from the entrainment speed. Where that is the small rest of two large
+    # speeds, its cancellation is as large as the slip.
     if column in _OVER_ENTRAINMENT and "largest_slide_roll_ratio" in frame:
         return size * frame["largest_slide_roll_ratio"].clip(lower=1.0)
     # a part of the torque may be the small rest of two large ones

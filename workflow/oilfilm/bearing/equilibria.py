@@ -460,9 +460,10 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions with the problem's nodes, near others, with bands as narrow as possible.
 
     Most motions are outside the bands, so that they are exact at once. The bands of the others are
-    halved until they vanish. Where a motion is lost on that way they shrink along a curve. A motion whose curve turns back exists only because of the bands, and so
-    does its partner. Where rolling resistance jumps at the motion itself, the motion is between
-    the two sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
+    halved until they vanish. Where a motion is lost on that way they shrink along a curve. A motion
+    whose curve turns back exists only because of the bands, and so does its partner. Where rolling
+    resistance jumps at the motion itself, the motion is between the two sides of the jump (a
+    solution in the sense of Filippov), and the narrowest band is kept.
     """
     banded_motions, is_solved = _solved_near(problem, motions)
     banded_motions = banded_motions.select(is_solved)
