@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import bad_logs
-from nights import quick_ones
+from nights import nightly, quick_ones
 from oilfilm.curation.curate import Curated, check_logs, collect
 from oilfilm.settings.resolved import Settings
 
@@ -69,7 +69,7 @@ def test_copy_with_another_zero_and_fewer_digits_is_found_among_many_repeats(
     assert refused_as(curated, "duplicate_log") == ["run-0070.csv"]
 
 
-@pytest.mark.parametrize("repeated_conditions", ["accept", "refuse"])
+@pytest.mark.parametrize("repeated_conditions", ["accept", nightly("refuse")])
 def test_a_thousand_repeats_take_seconds(one_run: Curated, repeated_conditions: str) -> None:
     measured = repeats(one_run, 1000, seed=4)
     settings = with_repeats(bad_logs.CONFIG, repeated_conditions)

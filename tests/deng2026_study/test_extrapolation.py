@@ -45,6 +45,7 @@ def test_law_with_its_own_truth_has_no_error_anywhere() -> None:
     assert set(table["figure"]) == {"fig07", "fig08", "fig09", "fig10"}
 
 
+@pytest.mark.nightly
 def test_refit_of_its_own_truth_knows_how_far_it_extrapolates(demo: Campaign) -> None:
     oil = "4050"
     fit = demo.fit(oil, bootstrap=20, searches=2)

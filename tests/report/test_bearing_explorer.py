@@ -12,6 +12,7 @@ import pytest
 
 from browsers import Page, Tab
 from campaigns import rows
+from nights import nightly
 from oilfilm.report.bearing_explorer import _slider, bearing_explorer_data
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -221,7 +222,7 @@ def test_near_a_jump_of_the_cage_nothing_is_interpolated(page: Page) -> None:
     assert page.inner_text("#bearing-best") == "Best oil: not known here"
 
 
-@pytest.mark.parametrize("width", [390, 1440])
+@pytest.mark.parametrize("width", [390, nightly(1440)])
 def test_everyone_can_use_the_explorer_of_the_bearing(tab: Tab, report: Path, width: int) -> None:
     page = tab.open(report, width=width)
     assert tab.problems == []

@@ -51,6 +51,7 @@ def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
     assert likeliest_swap(surface) is None
 
 
+@pytest.mark.nightly
 def test_the_labels_as_read_are_no_likelier_at_other_sizes():
     # the sizes of a surface of so many curves are those of a sample
     random = np.random.default_rng(62)
