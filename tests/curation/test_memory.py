@@ -60,10 +60,7 @@ def allocated_bytes(log: bytes, settings: Settings, folder: Path, *, by_rule: bo
 
 @pytest.mark.parametrize(
     "by_rule",
-    [
-        pytest.param(False, id="check"),
-        pytest.param(True, id="rule", marks=pytest.mark.nightly),
-    ],
+    [pytest.param(False, id="check"), pytest.param(True, id="rule", marks=pytest.mark.nightly)],
 )
 def test_log_with_uneven_plateaus_takes_no_more_than_its_rows(
     config: Settings, tmp_path: Path, by_rule: bool
