@@ -78,6 +78,8 @@ _BAND_TOLERANCE = 1e-9
 _BAND_HALVINGS = 13
 # Jacobians by which a motion is found after a halving, half of them with damping.
 _HALVING_ITERATIONS = 30
+# Step of the parameter along which bands shrink, from 0 to 1, to which a stalled curve goes back.
+_STALL_STEP = 0.2
 # Narrowest band of the rolling speed that may hold a motion, over the full band.
 _NARROWEST_BAND = 1e-3
 # A motion without band is the same as one with the narrowest band if their cage speeds, over their
@@ -545,8 +547,8 @@ def _solved_near(
 def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions after their bands have shrunk, one band after the other.
 
-    Motions whose curve turns back are left out. Those whose curve stalls keep the bands that they
-    have there, unless they are exact without bands.
+    Motions whose curve turns back are left out. Those whose curve stalls keep the bands of the last
+    step before, unless they are exact without bands.
     """
     stalled_motions = motions.select(np.arange(0))
     for band_shares in (
@@ -579,10 +581,13 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             tolerance=_BAND_TOLERANCE,
         )
         has_stalled = ~crossings.reached_last & ~crossings.turned_back
-        bands = FULL_BANDS * band_shares(crossings.end_parameter)
+        # rounding decides how far a curve gets before it stalls, but hardly on which step it is
+        last_step = np.floor(crossings.end_parameter / _STALL_STEP) * _STALL_STEP
+        end_parameter = np.where(has_stalled, last_step, crossings.end_parameter)
+        bands = FULL_BANDS * band_shares(end_parameter)
         narrower_motions = _Motions(motions.point_index, crossings.end_unknowns, bands)
         # at the edge of a narrow band the slopes may not lead to the solution
-        solved_motions, is_solved = _solved_near(problem, narrower_motions)
+        solved_motions, is_solved = _solved_near(problem, narrower_motions, _HALVING_ITERATIONS)
         is_narrower = is_solved[:, np.newaxis]
         narrowest_motions = _Motions(
             point_index=motions.point_index,
