@@ -20,6 +20,7 @@ from oilfilm.logs.workbook import (
     LARGEST_UNPACKED,
     LAST_ROW,
     MOST_CELLS,
+    PercentColumns,
     check_letter_count,
     chunks_of,
     day_alone,
@@ -102,7 +103,7 @@ class _Sheets:
         self.parser.CharacterDataHandler = self._add_text
         self.parser.EntityDeclHandler = self._refuse_entity
         self._lines: list[str] = []
-        self._columns_in_percent: set[int] = set()
+        self._percent_columns = PercentColumns()
         # value of each cell of a row, and whether it is shown in percent
         self._cells_of_row: list[tuple[Any, bool]] = []
         self._row_repeats = 1
@@ -126,7 +127,7 @@ class _Sheets:
             self._title = attributes.get(_TABLE + "name", "")
             self._lines = []
             self._empty_row_count = 0
-            self._columns_in_percent = set()
+            self._percent_columns = PercentColumns()
         elif tag == _TABLE + "table-row":
             self._cells_of_row = []
             self._empty_cell_count = 0
@@ -167,7 +168,8 @@ class _Sheets:
         self._empty_cell_count = 0
 
     def _end_row(self) -> None:
-        line = line_of_cells(self._cells_of_row, self._columns_in_percent)
+        self._percent_columns.add_row(self._cells_of_row)
+        line = line_of_cells(self._cells_of_row, self._percent_columns.in_percent)
         if not line:
             self._empty_row_count += self._row_repeats
             return
