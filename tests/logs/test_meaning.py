@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean, stated_meanings
+from oilfilm.api.mu_columns import over_mean, stated_columns
 from oilfilm.api.table_fit import (
     MU,
     PRESSURE,
@@ -152,7 +152,7 @@ def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> No
     with pytest.raises(oilfilm.OilfilmError):
         oilfilm.fit_table(table)
     stated = {quantity: f"Spalte 7{in_brackets}, {definition}"}
-    read = read_mu_table(table, StatedByUser(stated_meanings(stated))).points
+    read = read_mu_table(table, StatedByUser(stated_columns(stated))).points
     np.testing.assert_allclose(read[COLUMN_OF[quantity]], TRUTH[COLUMN_OF[quantity]], rtol=1e-9)
 
 
@@ -222,15 +222,71 @@ def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
     """The definition of the name counts, not that of the project."""
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
     table["mean pressure"] = TRUTH[PRESSURE] / 1.5
-    stated = StatedByUser(stated_meanings("max_hertz_pressure=mean pressure [GPa]"))
+    stated = StatedByUser(stated_columns("max_hertz_pressure=mean pressure [GPa]"))
     points = read_mu_table(table, stated).points
     np.testing.assert_allclose(points[PRESSURE], TRUTH[PRESSURE])
+
+
+def with_stated(table: pd.DataFrame, stated: str) -> pd.DataFrame:
+    """The points of a table with what the user says."""
+    return read_mu_table(table, StatedByUser(stated_columns(stated))).points
+
+
+@pytest.mark.parametrize("order", [["Load [N]", "Load [kN]"], ["Load [kN]", "Load [N]"]])
+@pytest.mark.parametrize("stated", ["Load [kN]", "Load[kN]"])
+def test_unit_tells_columns_of_one_name_apart(order: list[str], stated: str) -> None:
+    """The load of the drive in N is another column than that of the contact in kN."""
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
+    loads = {"Load [N]": 20.0, "Load [kN]": 0.05}
+    table = table.assign(**{name: loads[name] for name in order})
+    points = with_stated(table, f"load={stated}; nothing=Load [N]")
+    np.testing.assert_allclose(points["load_n"], 50.0)
+    with pytest.raises(oilfilm.OilfilmError, match=r"'Load \[k?N\]' and 'Load") as asked:
+        with_stated(table, "load=Load")
+    assert "with its unit" in str(asked.value)
+
+
+def test_unit_of_the_user_replaces_that_of_the_only_column_of_the_name() -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE]).assign(**{"Load [N]": 0.05})
+    np.testing.assert_allclose(with_stated(table, "load=Load [kN]")["load_n"], 50.0)
+
+
+@pytest.mark.parametrize("second", ["v", "v [m/s]"])
+def test_column_that_is_stated_twice_is_refused(second: str) -> None:
+    table = TRUTH.rename(columns={**PLAIN, SPEED: "v [m/s]"})
+    with pytest.raises(oilfilm.OilfilmError, match="ball_speed and disc_speed"):
+        with_stated(table, f"ball_speed=v; disc_speed={second}")
+
+
+@pytest.mark.parametrize(
+    ("name", "stated"),
+    [
+        ("Speed, mean [m/s]", "Speed, mean"),
+        ("Speed, mean [m/s]", "Speed, mean [m/s]"),
+        ("Speed, mean", "Speed, mean [m/s]"),
+        ("Speed, mean", "Speed, mean [m/s], mean"),
+        ("Speed (drive) [m/s]", "Speed (drive)"),
+        ("Speed (drive) [m/s]", "Speed (drive), mean"),
+    ],
+)
+def test_name_with_a_comma_or_brackets_is_stated_as_the_table_has_it(
+    name: str, stated: str
+) -> None:
+    table = TRUTH.rename(columns={**PLAIN, SPEED: name})
+    points = with_stated(table, f"entrainment_speed={stated}")
+    np.testing.assert_allclose(points[SPEED], TRUTH[SPEED])
+
+
+def test_name_with_a_comma_may_lack_its_unit() -> None:
+    table = TRUTH.rename(columns={**PLAIN, SPEED: "Speed, mean"})
+    with pytest.raises(oilfilm.OilfilmError, match="has no unit"):
+        with_stated(table, "entrainment_speed=Speed, mean")
 
 
 def test_name_is_stated_as_the_table_has_it() -> None:
     """`mu_k` has no unit: nothing of the name is cut off."""
     table = TRUTH.rename(columns={**PLAIN, MU: "mu_k"})
-    stated = StatedByUser(stated_meanings("traction_coefficient=mu_k"))
+    stated = StatedByUser(stated_columns("traction_coefficient=mu_k"))
     np.testing.assert_allclose(read_mu_table(table, stated).points[MU], TRUTH[MU])
 
 
@@ -257,7 +313,7 @@ def test_column_that_is_nothing_is_left_out() -> None:
     table["Pressure [MPa]"] = 0.3
     with pytest.raises(oilfilm.OilfilmError, match="nothing=Pressure"):
         read_mu_table(table)
-    points = read_mu_table(table, StatedByUser(stated_meanings("nothing=Pressure [MPa]"))).points
+    points = read_mu_table(table, StatedByUser(stated_columns("nothing=Pressure [MPa]"))).points
     assert PRESSURE not in points
 
 
@@ -293,7 +349,7 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     with pytest.raises(oilfilm.OilfilmError) as asked:
         read_mu_table(table)
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
-    points = read_mu_table(table, StatedByUser(stated_meanings(line))).points
+    points = read_mu_table(table, StatedByUser(stated_columns(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])
 
 

@@ -24,13 +24,14 @@ from oilfilm import tables
 from oilfilm.api.arrays import ArrayFit, fit_points
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.api.mu_columns import (
-    AskedError,
+    ColumnsError,
+    StatedColumn,
     TableColumn,
     chosen_columns,
     numbers_in_unit,
     reading_of,
-    stated_meanings,
-    stated_name_of,
+    stated_columns,
+    stated_meaning_by_index,
 )
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
@@ -39,7 +40,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import Meaning, VocabularyInWords, label_of, meaning_of
+from oilfilm.logs.meaning import VocabularyInWords, label_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -159,7 +160,7 @@ def fit_table(
             pressure_gpa_of_load, ball_radius_m=ball_radius_m, materials=materials
         )
     stated_by_user = StatedByUser(
-        stated_meanings(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
+        stated_columns(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
     )
     mu_table = read_mu_table(table, stated_by_user)
     _refuse_contradiction(conditions_of_all_rows, mu_table)
@@ -286,13 +287,13 @@ class StatedByUser:
     """What the user says beside a table of mu.
 
     Attributes:
-        meaning_by_name: Meaning of columns, by their names.
+        columns: The columns of which the user says what they are.
         pressure_of_load: Function of loads in N, which returns their maximum Hertz pressure in GPa;
             None where the contact is not known.
         speed_m_s: Mean speed of all rows; None where the table has it.
     """
 
-    meaning_by_name: Mapping[str, Meaning] = field(default_factory=dict)
+    columns: Sequence[StatedColumn] = ()
     pressure_of_load: Callable[[FloatArray], FloatArray] | None = None
     speed_m_s: float | None = None
 
@@ -426,7 +427,10 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        vocabulary = replace(VOCABULARY, meaning_of_name=stated_by_user.meaning_by_name)
+        meaning_of_name = dict(
+            reading for column in stated_by_user.columns for reading in column.readings
+        )
+        vocabulary = replace(VOCABULARY, meaning_of_name=meaning_of_name)
         _, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
@@ -518,11 +522,14 @@ def _add_points(
         OilfilmError: A meaning is not known, or mu or the slide-roll ratio is missing.
     """
     names, units = logged_table.names, logged_table.units
-    stated = stated_by_user.meaning_by_name
+    try:
+        stated_by_index = stated_meaning_by_index(names, units, stated_by_user.columns)
+    except ColumnsError as error:
+        raise mu_table.error(error.sentence, error.advice) from None
     column_indices = [
         index
         for index, (name, unit) in enumerate(zip(names, units, strict=True))
-        if meaning_of(name, unit) is not None or stated_name_of(name, stated) is not None
+        if index in stated_by_index or meaning_of(name, unit) is not None
     ]
     values_of_columns = zip(column_indices, logged_table.read_values(column_indices), strict=True)
     numbers_by_index = {
@@ -531,7 +538,7 @@ def _add_points(
         if values.dtype.kind in "iuf"
     }
     try:
-        column_by_quantity, notes = chosen_columns(names, units, numbers_by_index, stated)
+        column_by_quantity, notes = chosen_columns(names, units, numbers_by_index, stated_by_index)
         column_by_quantity = {
             quantity: column
             for quantity, column in column_by_quantity.items()
@@ -545,8 +552,8 @@ def _add_points(
             pressure_gpa = stated_by_user.pressure_of_load(load_n)
         notes = [*mu_table.notes, *notes]
         reading = reading_of(column_by_quantity, notes, pressure_gpa, stated_by_user.speed_m_s)
-    except AskedError as asked:
-        raise mu_table.error(asked.sentence, asked.advice) from None
+    except ColumnsError as error:
+        raise mu_table.error(error.sentence, error.advice) from None
     mu_table.notes = list(reading.notes)
     points = mu_table.points
     for quantity, numbers in reading.numbers_by_quantity.items():

@@ -202,7 +202,7 @@ class PercentColumns:
 
 
 def _is_number(value: Any, is_in_percent: bool) -> bool:
-    """Whether a cell has a number or an instant. A bare 1 is none: it may be the unit of a ratio."""
+    """Whether a cell has a number or an instant. A bare 1 may be the unit of a ratio."""
     return value is not None and not isinstance(value, str) and (value != 1 or is_in_percent)
 
 
