@@ -327,6 +327,58 @@ def test_ratio_that_the_speeds_contradict_is_refused(unit: str) -> None:
         read_mu_table(table)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("blank", [["ball"], ["ball", "disc"]])
+def test_blank_speeds_contradict_nothing(blank: list[str]) -> None:
+    """Columns of ball and disc that the rig did not log."""
+    table = TRUTH.rename(columns=PLAIN)
+    for body in ("ball", "disc"):
+        table[f"{body} speed [m/s]"] = np.nan if body in blank else TRUTH[SPEED]
+    read = read_mu_table(table)
+    np.testing.assert_allclose(read.points[SLIP], TRUTH[SLIP])
+    np.testing.assert_allclose(read.points[SPEED], TRUTH[SPEED])
+    assert "not read: 'ball speed [m/s]': it holds no numbers" in read.notes
+
+
+@pytest.mark.filterwarnings("error")
+def test_columns_without_a_common_row_do_not_contradict_each_other() -> None:
+    """The speeds are known in the first half of the rows, the ratio in the second."""
+    table = TRUTH.rename(columns=PLAIN)
+    table["ball speed [m/s]"] = 3 * TRUTH[SPEED]
+    table["disc speed [m/s]"] = 4 * TRUTH[SPEED]
+    table.loc[15:, ["ball speed [m/s]", "disc speed [m/s]"]] = np.nan
+    table.loc[:15, [PLAIN[SLIP], PLAIN[SPEED]]] = np.nan
+    np.testing.assert_allclose(read_mu_table(table).points[SLIP], TRUTH[SLIP][16:])
+
+
+@pytest.mark.parametrize("name", ["slide_roll_ratio", "SRR"])
+def test_blank_column_is_not_taken_in_place_of_one_with_numbers(name: str) -> None:
+    table = TRUTH.rename(columns={**PLAIN, SLIP: "slide-roll ratio [-]"}).assign(**{name: np.nan})
+    np.testing.assert_allclose(read_mu_table(table).points[SLIP], TRUTH[SLIP])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("condition", [TEMPERATURE, SPEED])
+def test_blank_condition_is_not_dropped_silently(condition: str) -> None:
+    """It may be blank because its numbers were not understood."""
+    table = TRUTH.rename(columns=PLAIN).assign(**{PLAIN[condition]: np.nan})
+    with pytest.raises(oilfilm.OilfilmError, match="no row has all its numbers"):
+        read_mu_table(table)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("has_ratio", [True, False])
+def test_row_at_standstill_is_left_out_without_a_warning(has_ratio: bool) -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=[PLAIN[SPEED], PLAIN[SLIP]])
+    table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
+    table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
+    table.loc[0, ["ball speed [m/s]", "disc speed [m/s]"]] = 0.0
+    if has_ratio:
+        table["SRR [-]"] = TRUTH[SLIP].where(TRUTH.index > 0)
+    points = read_mu_table(table).points
+    np.testing.assert_allclose(points[SLIP], TRUTH[SLIP][1:])
+
+
 def test_digits_of_speeds_contradict_no_ratio() -> None:
     """Speeds of three digits in a sweep to 2 %: their difference is hardly a digit."""
     slip = TRUTH[SLIP] * 0.08

@@ -43,6 +43,8 @@ _ERROR_OF_DIGITS = 0.005
 _MAXIMUM_OVER_MEAN = 1.5
 # Steel of bearings is indented by more than this.
 _MAX_PRESSURE_GPA = 5.0
+# Numbers below this may be pressures in GPa that are in the column of a speed in m/s.
+_MAX_SWAPPED_SPEED_M_S = 5.0
 # The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
@@ -62,6 +64,11 @@ class TableColumn:
     meaning: Meaning
     numbers: FloatArray
     by_user: bool = False
+
+    @property
+    def is_blank(self) -> bool:
+        """Whether no row has a number."""
+        return not np.isfinite(self.numbers).any()
 
 
 @dataclass(frozen=True)
@@ -284,7 +291,11 @@ def chosen_columns(
         candidates_by_quantity.setdefault(meaning.quantity, []).append(column)
     column_by_quantity: dict[str, TableColumn] = {}
     notes: list[str] = []
-    for quantity, candidates in candidates_by_quantity.items():
+    for quantity, all_candidates in candidates_by_quantity.items():
+        # a blank column is taken only where there is no other
+        candidates = [
+            column for column in all_candidates if column.by_user or not column.is_blank
+        ] or all_candidates
         ranks = [_rank_of_column(column) for column in candidates]
         best_rank = min(ranks)
         best_columns = [
@@ -297,7 +308,9 @@ def chosen_columns(
                 _line_to_paste(best_columns[0]),
             )
         column_by_quantity[quantity] = best_columns[0]
-        names_not_taken = [column.name for column in candidates if column is not best_columns[0]]
+        names_not_taken = [
+            column.name for column in all_candidates if column is not best_columns[0]
+        ]
         if names_not_taken:
             quoted_names = ", ".join(map(repr, names_not_taken))
             notes.append(f"not read as the {quantity.replace('_', ' ')}: {quoted_names}")
@@ -455,9 +468,12 @@ def _question_error(column: TableColumn) -> ColumnsError:
 def _relative_difference(numbers: FloatArray, reference: FloatArray) -> float:
     """Median difference of two columns over the largest number of the reference.
 
-    Infinite if the reference is zero in all rows.
+    Infinite if the reference is zero in all rows. NaN without a row in which both are known: then
+    no column confirms or contradicts the other.
     """
     is_known = np.isfinite(numbers) & np.isfinite(reference)
+    if not is_known.any():
+        return np.nan
     largest_reference = float(np.max(np.abs(reference[is_known]), initial=0.0))
     if largest_reference == 0:
         return np.inf
@@ -514,7 +530,7 @@ def _slide_roll_ratio(
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
         how_known = ", a sliding speed: divided by the mean speed"
-        return numbers_in_unit(column) / mean_speed, how_known
+        return over_speed(numbers_in_unit(column), mean_speed), how_known
     if ratio_of_speeds is not None:
         confirmed_ratio = _definition_by_speeds(column, ratio_of_speeds)
         if confirmed_ratio is not None:
@@ -564,7 +580,13 @@ def _ratio_of_speeds(numbers_by_quantity: Mapping[str, FloatArray]) -> FloatArra
         return None
     ball_m_s = numbers_by_quantity["ball_speed"]
     disc_m_s = numbers_by_quantity["disc_speed"]
-    return np.asarray((disc_m_s - ball_m_s) / ((ball_m_s + disc_m_s) / 2))
+    return over_speed(disc_m_s - ball_m_s, (ball_m_s + disc_m_s) / 2)
+
+
+def over_speed(sliding_m_s: FloatArray, mean_m_s: FloatArray | float) -> FloatArray:
+    """A sliding speed over a mean speed; NaN where the mean is 0, as at standstill."""
+    known_mean_m_s = np.where(np.equal(mean_m_s, 0), np.nan, mean_m_s)
+    return np.asarray(sliding_m_s / known_mean_m_s)
 
 
 class _RatioCandidate(NamedTuple):
@@ -629,14 +651,16 @@ def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> Non
         ColumnsError: They contradict it.
     """
     meaning = column.meaning
-    if meaning.question:
+    is_known = np.isfinite(column.numbers) & np.isfinite(ratio_of_speeds)
+    if meaning.question or not is_known.any():
         return
     for unit in [meaning.unit] if meaning.unit else ["1", "%"]:
         to_unit = possible_conversion(unit, ("1",))
         if to_unit is None:
             return
         ratio = over_mean(to_unit.convert(column.numbers), meaning.definition)
-        median_difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(ratio_of_speeds))))
+        differences = np.abs(np.abs(ratio[is_known]) - np.abs(ratio_of_speeds[is_known]))
+        median_difference = float(np.nanmedian(differences))
         if (
             _misfit(ratio, ratio_of_speeds) <= _CONTRADICTS_BEYOND
             or median_difference <= _ERROR_OF_DIGITS
@@ -670,12 +694,18 @@ def _refuse_contradictions(
     pressure_gpa = numbers_by_quantity.get("max_hertz_pressure")
     speed_m_s = numbers_by_quantity.get("entrainment_speed")
     if pressure_gpa is not None and speed_m_s is not None:
-        median_gpa = float(np.nanmedian(pressure_gpa))
-        median_m_s = float(np.nanmedian(speed_m_s))
-        if median_gpa > _MAX_PRESSURE_GPA and median_m_s < _MAX_PRESSURE_GPA:
+        median_gpa = _median_of_known(pressure_gpa)
+        median_m_s = _median_of_known(speed_m_s)
+        if median_gpa > _MAX_PRESSURE_GPA and median_m_s < _MAX_SWAPPED_SPEED_M_S:
             raise ColumnsError(
                 f"{name_by_quantity['max_hertz_pressure']!r} is {median_gpa:g} GPa in the median "
                 f"and {name_by_quantity['entrainment_speed']!r} is {median_m_s:g} m/s: their "
                 "columns or units may be swapped.",
                 "Correct the names.",
             )
+
+
+def _median_of_known(numbers: FloatArray) -> float:
+    """Median of the numbers that are known; NaN without one."""
+    known_numbers = numbers[np.isfinite(numbers)]
+    return float(np.median(known_numbers)) if len(known_numbers) else np.nan

@@ -29,6 +29,7 @@ from oilfilm.api.mu_columns import (
     TableColumn,
     chosen_columns,
     numbers_in_unit,
+    over_speed,
     reading_of,
     stated_columns,
     stated_meaning_by_index,
@@ -544,6 +545,8 @@ def _add_points(
             for quantity, column in column_by_quantity.items()
             if quantity in _COLUMN_BY_QUANTITY
         }
+        if "entrainment_speed" in column_by_quantity or stated_by_user.speed_m_s is not None:
+            notes += _remove_blank_speeds(column_by_quantity)
         notes += _remove_doubtful(column_by_quantity)
         _refuse_without_mu_or_slip(mu_table, names, column_by_quantity)
         pressure_gpa = None
@@ -564,8 +567,27 @@ def _add_points(
         if SPEED not in points:
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
-            points[SLIP] = (disc_m_s - ball_m_s) / points[SPEED]
+            points[SLIP] = over_speed(disc_m_s - ball_m_s, points[SPEED].to_numpy())
     return dict(reading.name_by_quantity)
+
+
+def _remove_blank_speeds(column_by_quantity: dict[str, TableColumn]) -> list[str]:
+    """Remove the speeds of ball and disc that are blank, where slip and mean speed are given.
+
+    Without these the speeds stay: a message then says that no row has all its numbers.
+
+    Returns:
+        Notes on the removed columns.
+    """
+    if "slide_roll_ratio" not in column_by_quantity:
+        return []
+    notes: list[str] = []
+    for quantity in ("ball_speed", "disc_speed"):
+        column = column_by_quantity.get(quantity)
+        if column is not None and column.is_blank:
+            del column_by_quantity[quantity]
+            notes.append(f"not read: {column.name!r}: it holds no numbers")
+    return notes
 
 
 def _remove_doubtful(column_by_quantity: dict[str, TableColumn]) -> list[str]:
