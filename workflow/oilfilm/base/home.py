@@ -14,7 +14,7 @@ _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
 CONFIG = HOME / "config"
 # The packages that results are made with, by exact version.
-RUN_LOCK = "requirements/run.lock"
+REQUIREMENTS_LOCK_FILE = "requirements/run.lock"
 
 
 def reference_file(name: str) -> Path:

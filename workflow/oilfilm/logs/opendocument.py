@@ -17,7 +17,7 @@ import pandas as pd
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
 from oilfilm.logs.workbook import (
-    LARGEST_UNPACKED,
+    MAX_UNPACKED_BYTES,
     LAST_ROW,
     MOST_CELLS,
     PercentColumns,
@@ -26,7 +26,7 @@ from oilfilm.logs.workbook import (
     day_alone,
     line_of_cells,
     tables_of_sheets,
-    text_of_lines,
+    tab_separated_bytes,
 )
 
 # It is the first member of the archive, and is not compressed.
@@ -59,7 +59,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     for title, lines in sheet_lines(content):
         filled_lines = [line for line in lines if line]
         if filled_lines:
-            text_of_sheets.append((title, text_of_lines(filled_lines)))
+            text_of_sheets.append((title, tab_separated_bytes(filled_lines)))
     return text_of_sheets
 
 
@@ -75,10 +75,10 @@ def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
     sheets = _Sheets()
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         member = archive.getinfo("content.xml")
-        if member.file_size > LARGEST_UNPACKED:
+        if member.file_size > MAX_UNPACKED_BYTES:
             raise ValueError(
                 f"unpacked it has {member.file_size // _MIB} MiB; "
-                f"expected at most {LARGEST_UNPACKED // _MIB}"
+                f"expected at most {MAX_UNPACKED_BYTES // _MIB}"
             )
         with archive.open(member) as document:
             for chunk in chunks_of(document):

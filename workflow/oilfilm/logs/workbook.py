@@ -25,7 +25,7 @@ from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 SIGNATURE = b"PK\x03\x04"
 _MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
 _MIB = 1 << 20
-LARGEST_UNPACKED = 64 * _MIB
+MAX_UNPACKED_BYTES = 64 * _MIB
 # Excel's own limit.
 LAST_ROW = 1_048_576
 # Cells with the empty ones in front of the last of each row: all of them are made.
@@ -120,7 +120,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
                 # many cells may share one long text
                 check_letter_count(letter_count)
             if lines:
-                texts.append((sheet.title, text_of_lines(lines)))
+                texts.append((sheet.title, tab_separated_bytes(lines)))
     return texts
 
 
@@ -157,8 +157,8 @@ def check_letter_count(letter_count: int) -> None:
     Raises:
         ValueError: They have more than 64 MiB.
     """
-    if letter_count > LARGEST_UNPACKED:
-        raise ValueError(f"its cells hold more than {LARGEST_UNPACKED // _MIB} MiB")
+    if letter_count > MAX_UNPACKED_BYTES:
+        raise ValueError(f"its cells hold more than {MAX_UNPACKED_BYTES // _MIB} MiB")
 
 
 class PercentColumns:
@@ -226,7 +226,7 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: Set[int
     return "\t".join(texts).rstrip("\t")
 
 
-def text_of_lines(lines: Sequence[str]) -> bytes:
+def tab_separated_bytes(lines: Sequence[str]) -> bytes:
     """Lines of cells as a text: each line is filled to the same number of cells."""
     most_tabs = max(line.count("\t") for line in lines)
     filled_lines = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
@@ -259,10 +259,10 @@ def checked_workbook(content: bytes) -> io.BytesIO:
     """
     archive = zipfile.ZipFile(io.BytesIO(content))
     unpacked_size = sum(member.file_size for member in archive.infolist())
-    if unpacked_size > LARGEST_UNPACKED:
+    if unpacked_size > MAX_UNPACKED_BYTES:
         raise ValueError(
             f"unpacked it has {unpacked_size // _MIB} MiB; expected at most "
-            f"{LARGEST_UNPACKED // _MIB}"
+            f"{MAX_UNPACKED_BYTES // _MIB}"
         )
     cell_count = 0
     for member in archive.infolist():

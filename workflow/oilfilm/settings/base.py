@@ -51,7 +51,7 @@ def optional(meaning: str, **limits: Any) -> Any:
     return key(meaning, default=None, **limits)
 
 
-def required(value: T | None, key_name: str, owner: str) -> T:
+def required_value(value: T | None, key_name: str, owner: str) -> T:
     """The value of an optional key, where it is needed.
 
     Args:
@@ -82,7 +82,7 @@ class OneOf:
         return literal_schema(list(self.names))
 
 
-def contradiction(key_path: tuple[object, ...], sentence: str) -> PydanticCustomError:
+def key_error_at(key_path: tuple[object, ...], sentence: str) -> PydanticCustomError:
     """The error for keys that contradict each other.
 
     Args:

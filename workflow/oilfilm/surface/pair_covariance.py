@@ -26,7 +26,7 @@ from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.posterior import smooth_covariance
 from oilfilm.surface.reduction import Coordinates, ReducedCurves, SlipWeights
 from oilfilm.surface.reml import (
-    CAUTIOUS,
+    INTERVAL_KAPPA_PRIOR,
     CurveCovariance,
     FoundSizes,
     Sizes,
@@ -88,7 +88,7 @@ class PairSizes:
 def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:
     """What is known of each size before the data, in the order of `PairSizes`."""
     ratio_priors = priors(errors, DEPARTURE)[_ERROR_SIZES:]
-    return (*priors(errors, CAUTIOUS), *ratio_priors, LAW_DIFFERENCE)
+    return (*priors(errors, INTERVAL_KAPPA_PRIOR), *ratio_priors, LAW_DIFFERENCE)
 
 
 @dataclass(frozen=True)

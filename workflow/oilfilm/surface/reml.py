@@ -40,7 +40,7 @@ from oilfilm.surface.reduction import ReducedCurves
 MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.
-CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
+INTERVAL_KAPPA_PRIOR = LogNormal(0.25, 0.7, 0.12, 3.0)
 # Largest number of steps of the search.
 _ITERATIONS = 300
 # The search ends at a step in which the likelihood rises by less than this, relatively.
