@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from oilfilm.base.studies import settings_file
 from oilfilm.bearing.kinematics import entrainment_speed_m_s, inner_slide_roll_ratio
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, key_error_at, key
+from oilfilm.settings.base import Group, key, key_error_at
 from oilfilm.settings.config import Box, LawOfConditions, Matrix
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings

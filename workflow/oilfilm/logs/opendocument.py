@@ -17,16 +17,16 @@ import pandas as pd
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
 from oilfilm.logs.workbook import (
-    MAX_UNPACKED_BYTES,
     LAST_ROW,
+    MAX_UNPACKED_BYTES,
     MOST_CELLS,
     PercentColumns,
     check_letter_count,
     chunks_of,
     day_alone,
     line_of_cells,
-    tables_of_sheets,
     tab_separated_bytes,
+    tables_of_sheets,
 )
 
 # It is the first member of the archive, and is not compressed.
@@ -44,7 +44,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     return tables_of_sheets(sheet_texts(content), vocabulary)
 
 

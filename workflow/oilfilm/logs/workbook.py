@@ -28,7 +28,7 @@ _MIB = 1 << 20
 MAX_UNPACKED_BYTES = 64 * _MIB
 # Excel's own limit.
 LAST_ROW = 1_048_576
-# Cells with the empty ones in front of the last of each row: all of them are made.
+# Limit on cells. Empty cells before the last cell of a row count: openpyxl creates them.
 MOST_CELLS = 10_000_000
 _CHUNK_BYTES = 1 << 20
 _HAS_LETTER = re.compile(r"[^\W\d_]")
@@ -43,7 +43,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     return tables_of_sheets(sheet_texts(content), vocabulary)
 
 
@@ -155,7 +155,8 @@ def check_letter_count(letter_count: int) -> None:
     """Refuse a workbook whose cells have too many letters.
 
     Raises:
-        ValueError: They have more than 64 MiB.
+        ValueError: They have more than 64 Mi letters. Letters are compared with a limit on bytes,
+            because a letter has at least one byte.
     """
     if letter_count > MAX_UNPACKED_BYTES:
         raise ValueError(f"its cells hold more than {MAX_UNPACKED_BYTES // _MIB} MiB")

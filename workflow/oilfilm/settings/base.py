@@ -13,7 +13,10 @@ T = TypeVar("T")
 
 
 class Group(BaseModel):
-    """A group of declared keys: an unknown key is refused, values are not converted or changed."""
+    """A group of declared keys: an unknown key is refused.
+
+    Values are not changed, except that a whole number becomes a float where one is declared.
+    """
 
     model_config = ConfigDict(
         strict=True,
@@ -83,10 +86,10 @@ class OneOf:
 
 
 def key_error_at(key_path: tuple[object, ...], sentence: str) -> PydanticCustomError:
-    """The error for keys that contradict each other.
+    """The error for a key that contradicts others.
 
     Args:
-        key_path: The key to blame, from the group that is validated inwards.
+        key_path: Path of the wrong key, relative to the validated group.
         sentence: What is wrong, and what to do.
     """
     return PydanticCustomError(

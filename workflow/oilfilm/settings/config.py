@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, OneOf, key_error_at, key
+from oilfilm.settings.base import Group, OneOf, key, key_error_at
 from oilfilm.settings.ranges import check_ranges, uncertain_in_all_bearings
 from oilfilm.traction import LAW_NAMES, LAWS, why_compared_only
 

@@ -21,7 +21,7 @@ from oilfilm.physics import oils, plausible_oil
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.physics.plausible_oil import STANDARD_RANGE_C
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, key_error_at, key, optional, unexpected
+from oilfilm.settings.base import Group, key, key_error_at, optional, unexpected
 from oilfilm.settings.ranges import check_ranges, with_range
 
 # Ranges that rigs usually have: glass; steels, ceramics and hard metals.
