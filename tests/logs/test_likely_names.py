@@ -1,4 +1,4 @@
-"""The line that a message shows where no name is known is that of the names."""
+"""A message on a log without known names shows its line of names, not its title or its units."""
 
 import pytest
 

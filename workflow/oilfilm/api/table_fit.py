@@ -567,7 +567,7 @@ def _add_points(
         if SPEED not in points:
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
-            points[SLIP] = over_speed(disc_m_s - ball_m_s, points[SPEED].to_numpy())
+            points[SLIP] = over_speed((disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy())
     return dict(reading.name_by_quantity)
 
 

@@ -264,7 +264,7 @@ def objective(
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
     half_log_determinant, inverse = _half_log_determinant_and_inverse(covariance.matrix())
     weights = inverse @ curves.departure
-    value = 0.5 * curves.departure @ weights + half_log_determinant
+    value = float(0.5 * curves.departure @ weights) + half_log_determinant
     inverse -= np.outer(weights, weights)
     gradient = covariance.gradient_by_size(inverse) / 2
 
