@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean, stated_columns
+from oilfilm.api.mu_columns import over_mean, stated_columns, stated_meaning_by_index
 from oilfilm.api.table_fit import (
     MU,
     PRESSURE,
@@ -244,6 +244,22 @@ def test_unit_tells_columns_of_one_name_apart(order: list[str], stated: str) -> 
     with pytest.raises(oilfilm.OilfilmError, match=r"'Load \[k?N\]' and 'Load") as asked:
         with_stated(table, "load=Load")
     assert "with its unit" in str(asked.value)
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        (["Load", "Load"], ["N", "kN"]),
+        (["Load [N]", "Load"], ["", "kN"]),
+        # the user gives the second column its unit
+        (["Load [N]", "Load"], ["", ""]),
+    ],
+)
+def test_unit_beside_a_name_tells_columns_apart(names: list[str], units: list[str]) -> None:
+    ((index, meaning),) = stated_meaning_by_index(
+        names, units, stated_columns("load=Load [kN]")
+    ).items()
+    assert (index, meaning.unit) == (1, "kN")
 
 
 def test_unit_of_the_user_replaces_that_of_the_only_column_of_the_name() -> None:

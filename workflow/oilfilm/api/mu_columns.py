@@ -247,10 +247,15 @@ def _indices_of_name(
     ]
     if len(indices) < 2:
         return indices
-    with_unit = [
-        index for index in indices if (units[index] or stated_unit(column_names[index])[1]) == unit
-    ]
-    return with_unit if len(with_unit) == 1 else indices
+    unit_by_index = {
+        index: units[index] or stated_unit(column_names[index])[1] for index in indices
+    }
+    # the user may give a column its unit
+    for likely_unit in (unit, ""):
+        with_unit = [index for index in indices if unit_by_index[index] == likely_unit]
+        if len(with_unit) == 1:
+            return with_unit
+    return indices
 
 
 _EXPECTED_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
