@@ -8,7 +8,7 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.problem import CurveData
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.rig import Rig
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -29,8 +29,8 @@ def simulate_curves(
     Raises:
         OilfilmError: The rig's geometry or the full scale of its sensors is not known.
     """
-    contact = required(rig.contact(), "ball_radius_m", "the rig")
-    full_scale = required(rig.full_scale, "full_scale", "the rig")
+    contact = required_value(rig.contact(), "ball_radius_m", "the rig")
+    full_scale = required_value(rig.full_scale, "full_scale", "the rig")
     runs, steps = len(conditions), twin.slip_steps
     slip = np.linspace(0, twin.slip_max, steps)
     control = random.standard_normal((runs, 3))

@@ -13,10 +13,10 @@ from fit_points import LAW, make_points, matrix, polished
 from measured_surfaces import with_measured_surface
 from nights import nightly
 from oilfilm import tables
-from oilfilm.base.levels import cluster_indices
+from oilfilm.base.levels import level_indices
 from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import level_numbers_by_gap, varied
+from oilfilm.fits.conditions import condition_level_numbers, level_numbers_by_gap, varied
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certify
 from oilfilm.fits.fitted import Coefficients, FittedLaw
@@ -126,7 +126,17 @@ def test_levels_that_are_just_the_gap_apart_are_one_whatever_their_last_digits(b
     assert level_numbers_by_gap(levels, 0.049).max() == 20
     assert level_numbers_by_gap(levels[:0], 0.05).tolist() == []
     slips = np.array([0.01, 0.016, 0.022]) * [1, 1 + bits, 1]
-    assert cluster_indices(slips, 0.006).tolist() == [1, 1, 2]
+    assert level_indices(slips, 0.006).tolist() == [1, 1, 2]
+
+
+@pytest.mark.filterwarnings("error")
+def test_infinite_values_are_levels_and_not_unknown(config: Settings) -> None:
+    """The logarithm of a load of 0 is minus infinity."""
+    values = np.array([0.0, -np.inf, np.nan, np.inf, -np.inf, np.inf])
+    assert level_indices(values, 0.1).tolist() == [2, 1, 0, 3, 1, 3]
+    loads = np.array([20.0, 0.0, 0.0, np.nan])
+    level_numbers = condition_level_numbers("load_n", loads, config.same_condition)
+    assert level_numbers.tolist() == [2, 1, 1, 0]
 
 
 @bits_of

@@ -13,7 +13,7 @@ import pytest
 from campaigns import ROOT, Campaign, rows
 from oilfilm import tables
 from oilfilm.base import home
-from oilfilm.base.home import RUN_LOCK
+from oilfilm.base.home import REQUIREMENTS_LOCK_FILE
 from oilfilm.logs.raw_files import listing_text
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
@@ -44,7 +44,7 @@ def project(root: Path) -> Path:
     (root / "workflow/oilfilm/fit.py").write_text("answer = 42\n", encoding="utf-8")
     (root / "Snakefile").write_text("# rules\n", encoding="utf-8")
     shutil.copytree(ROOT / "data/reference", root / "data/reference")
-    for name in ("pyproject.toml", RUN_LOCK, "profiles/default/config.yaml"):
+    for name in ("pyproject.toml", REQUIREMENTS_LOCK_FILE, "profiles/default/config.yaml"):
         (root / name).parent.mkdir(parents=True, exist_ok=True)
         shutil.copy(ROOT / name, root / name)
     return root

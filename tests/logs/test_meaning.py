@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean, stated_meanings
+from oilfilm.api.mu_columns import over_mean, stated_columns, stated_meaning_by_index
 from oilfilm.api.table_fit import (
     MU,
     PRESSURE,
@@ -152,7 +152,7 @@ def test_stated_definition_gives_the_truth(quantity: str, definition: str) -> No
     with pytest.raises(oilfilm.OilfilmError):
         oilfilm.fit_table(table)
     stated = {quantity: f"Spalte 7{in_brackets}, {definition}"}
-    read = read_mu_table(table, StatedByUser(stated_meanings(stated))).points
+    read = read_mu_table(table, StatedByUser(stated_columns(stated))).points
     np.testing.assert_allclose(read[COLUMN_OF[quantity]], TRUTH[COLUMN_OF[quantity]], rtol=1e-9)
 
 
@@ -222,15 +222,87 @@ def test_what_the_user_leaves_out_is_what_the_name_says() -> None:
     """The definition of the name counts, not that of the project."""
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
     table["mean pressure"] = TRUTH[PRESSURE] / 1.5
-    stated = StatedByUser(stated_meanings("max_hertz_pressure=mean pressure [GPa]"))
+    stated = StatedByUser(stated_columns("max_hertz_pressure=mean pressure [GPa]"))
     points = read_mu_table(table, stated).points
     np.testing.assert_allclose(points[PRESSURE], TRUTH[PRESSURE])
+
+
+def with_stated(table: pd.DataFrame, stated: str) -> pd.DataFrame:
+    """The points of a table with what the user says."""
+    return read_mu_table(table, StatedByUser(stated_columns(stated))).points
+
+
+@pytest.mark.parametrize("order", [["Load [N]", "Load [kN]"], ["Load [kN]", "Load [N]"]])
+@pytest.mark.parametrize("stated", ["Load [kN]", "Load[kN]"])
+def test_unit_tells_columns_of_one_name_apart(order: list[str], stated: str) -> None:
+    """The load of the drive in N is another column than that of the contact in kN."""
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE])
+    loads = {"Load [N]": 20.0, "Load [kN]": 0.05}
+    table = table.assign(**{name: loads[name] for name in order})
+    points = with_stated(table, f"load={stated}; nothing=Load [N]")
+    np.testing.assert_allclose(points["load_n"], 50.0)
+    with pytest.raises(oilfilm.OilfilmError, match=r"'Load \[k?N\]' and 'Load") as asked:
+        with_stated(table, "load=Load")
+    assert "with its unit" in str(asked.value)
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        (["Load", "Load"], ["N", "kN"]),
+        (["Load [N]", "Load"], ["", "kN"]),
+        # the user gives the second column its unit
+        (["Load [N]", "Load"], ["", ""]),
+    ],
+)
+def test_unit_beside_a_name_tells_columns_apart(names: list[str], units: list[str]) -> None:
+    ((index, meaning),) = stated_meaning_by_index(
+        names, units, stated_columns("load=Load [kN]")
+    ).items()
+    assert (index, meaning.unit) == (1, "kN")
+
+
+def test_unit_of_the_user_replaces_that_of_the_only_column_of_the_name() -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE]).assign(**{"Load [N]": 0.05})
+    np.testing.assert_allclose(with_stated(table, "load=Load [kN]")["load_n"], 50.0)
+
+
+@pytest.mark.parametrize("second", ["v", "v [m/s]"])
+def test_column_that_is_stated_twice_is_refused(second: str) -> None:
+    table = TRUTH.rename(columns={**PLAIN, SPEED: "v [m/s]"})
+    with pytest.raises(oilfilm.OilfilmError, match="ball_speed and disc_speed"):
+        with_stated(table, f"ball_speed=v; disc_speed={second}")
+
+
+@pytest.mark.parametrize(
+    ("name", "stated"),
+    [
+        ("Speed, mean [m/s]", "Speed, mean"),
+        ("Speed, mean [m/s]", "Speed, mean [m/s]"),
+        ("Speed, mean", "Speed, mean [m/s]"),
+        ("Speed, mean", "Speed, mean [m/s], mean"),
+        ("Speed (drive) [m/s]", "Speed (drive)"),
+        ("Speed (drive) [m/s]", "Speed (drive), mean"),
+    ],
+)
+def test_name_with_a_comma_or_brackets_is_stated_as_the_table_has_it(
+    name: str, stated: str
+) -> None:
+    table = TRUTH.rename(columns={**PLAIN, SPEED: name})
+    points = with_stated(table, f"entrainment_speed={stated}")
+    np.testing.assert_allclose(points[SPEED], TRUTH[SPEED])
+
+
+def test_name_with_a_comma_may_lack_its_unit() -> None:
+    table = TRUTH.rename(columns={**PLAIN, SPEED: "Speed, mean"})
+    with pytest.raises(oilfilm.OilfilmError, match="has no unit"):
+        with_stated(table, "entrainment_speed=Speed, mean")
 
 
 def test_name_is_stated_as_the_table_has_it() -> None:
     """`mu_k` has no unit: nothing of the name is cut off."""
     table = TRUTH.rename(columns={**PLAIN, MU: "mu_k"})
-    stated = StatedByUser(stated_meanings("traction_coefficient=mu_k"))
+    stated = StatedByUser(stated_columns("traction_coefficient=mu_k"))
     np.testing.assert_allclose(read_mu_table(table, stated).points[MU], TRUTH[MU])
 
 
@@ -257,7 +329,7 @@ def test_column_that_is_nothing_is_left_out() -> None:
     table["Pressure [MPa]"] = 0.3
     with pytest.raises(oilfilm.OilfilmError, match="nothing=Pressure"):
         read_mu_table(table)
-    points = read_mu_table(table, StatedByUser(stated_meanings("nothing=Pressure [MPa]"))).points
+    points = read_mu_table(table, StatedByUser(stated_columns("nothing=Pressure [MPa]"))).points
     assert PRESSURE not in points
 
 
@@ -269,6 +341,58 @@ def test_ratio_that_the_speeds_contradict_is_refused(unit: str) -> None:
     table[f"SRR{unit}"] = TRUTH[SLIP] / 2 * (100 if "%" in unit else 1)
     with pytest.raises(oilfilm.OilfilmError, match="contradicts the speeds"):
         read_mu_table(table)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("blank", [["ball"], ["ball", "disc"]])
+def test_blank_speeds_contradict_nothing(blank: list[str]) -> None:
+    """Columns of ball and disc that the rig did not log."""
+    table = TRUTH.rename(columns=PLAIN)
+    for body in ("ball", "disc"):
+        table[f"{body} speed [m/s]"] = np.nan if body in blank else TRUTH[SPEED]
+    read = read_mu_table(table)
+    np.testing.assert_allclose(read.points[SLIP], TRUTH[SLIP])
+    np.testing.assert_allclose(read.points[SPEED], TRUTH[SPEED])
+    assert "not read: 'ball speed [m/s]': it holds no numbers" in read.notes
+
+
+@pytest.mark.filterwarnings("error")
+def test_columns_without_a_common_row_do_not_contradict_each_other() -> None:
+    """The speeds are known in the first half of the rows, the ratio in the second."""
+    table = TRUTH.rename(columns=PLAIN)
+    table["ball speed [m/s]"] = 3 * TRUTH[SPEED]
+    table["disc speed [m/s]"] = 4 * TRUTH[SPEED]
+    table.loc[15:, ["ball speed [m/s]", "disc speed [m/s]"]] = np.nan
+    table.loc[:15, [PLAIN[SLIP], PLAIN[SPEED]]] = np.nan
+    np.testing.assert_allclose(read_mu_table(table).points[SLIP], TRUTH[SLIP][16:])
+
+
+@pytest.mark.parametrize("name", ["slide_roll_ratio", "SRR"])
+def test_blank_column_is_not_taken_in_place_of_one_with_numbers(name: str) -> None:
+    table = TRUTH.rename(columns={**PLAIN, SLIP: "slide-roll ratio [-]"}).assign(**{name: np.nan})
+    np.testing.assert_allclose(read_mu_table(table).points[SLIP], TRUTH[SLIP])
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("condition", [TEMPERATURE, SPEED])
+def test_blank_condition_is_not_dropped_silently(condition: str) -> None:
+    """It may be blank because its numbers were not understood."""
+    table = TRUTH.rename(columns=PLAIN).assign(**{PLAIN[condition]: np.nan})
+    with pytest.raises(oilfilm.OilfilmError, match="no row has all its numbers"):
+        read_mu_table(table)
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("has_ratio", [True, False])
+def test_row_at_standstill_is_left_out_without_a_warning(has_ratio: bool) -> None:
+    table = TRUTH.rename(columns=PLAIN).drop(columns=[PLAIN[SPEED], PLAIN[SLIP]])
+    table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
+    table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
+    table.loc[0, ["ball speed [m/s]", "disc speed [m/s]"]] = 0.0
+    if has_ratio:
+        table["SRR [-]"] = TRUTH[SLIP].where(TRUTH.index > 0)
+    points = read_mu_table(table).points
+    np.testing.assert_allclose(points[SLIP], TRUTH[SLIP][1:])
 
 
 def test_digits_of_speeds_contradict_no_ratio() -> None:
@@ -293,7 +417,7 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     with pytest.raises(oilfilm.OilfilmError) as asked:
         read_mu_table(table)
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
-    points = read_mu_table(table, StatedByUser(stated_meanings(line))).points
+    points = read_mu_table(table, StatedByUser(stated_columns(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])
 
 

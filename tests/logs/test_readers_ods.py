@@ -83,6 +83,15 @@ def test_types_of_values() -> None:
     ]
 
 
+def test_percent_sign_in_a_note_changes_no_number() -> None:
+    lines = lines_of(
+        row(cell("humidity"), cell("45 %")),
+        row(cell("load [N]"), cell("slip [1]")),
+        row(cell(20), cell(0.0005, kind="percentage")),
+    )
+    assert lines[-1] == "20\t0.0005"
+
+
 def test_day_that_is_shown_without_hours_is_a_date() -> None:
     shown = "<text:p>{}</text:p>"
     typed = (

@@ -18,7 +18,7 @@ from bad_logs import CONFIG
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.base import READING_NOTE
 from oilfilm.logs.ingest import read_log
-from oilfilm.logs.workbook import checked_workbook
+from oilfilm.logs.workbook import checked_workbook, sheet_texts
 
 VALUES = formats.columns(30)
 NAMES = [f"{name} ({formats.UNITS[name]})" for name in VALUES]
@@ -145,6 +145,64 @@ def test_percent_sign_in_a_text_of_the_format_changes_no_number(read, number_for
     (run,) = read(buffer.getvalue()).runs
     slip = run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"]
     np.testing.assert_allclose(slip / 10, [0.05])
+
+
+_UNITS = ["s", "N", "N", "m/s", "%", "degC"]
+
+
+@pytest.mark.parametrize(
+    ("rows_above", "slip_name", "rows_below"),
+    [
+        # the slip is a ratio: the percent sign is in a note above its column or between rows
+        ([["Humidity", None, None, None, "45 %"]], "slide_roll_ratio (1)", []),
+        ([["Air", "dry", "at", "a humidity of", "45 %"]], "slide_roll_ratio (1)", []),
+        ([["Load", 20, "at", "humidity", "45 %"]], "slide_roll_ratio (1)", []),
+        # the name or the unit has it, below a note or above one
+        ([["Humidity", None, None, None, "45"]], "slide_roll_ratio (%)", []),
+        ([], "slide_roll_ratio", [_UNITS]),
+        ([], "slide_roll_ratio", [["s", "N", 1, "m/s", "%", "degC"]]),
+        ([["Humidity", None, None, None, "45 %"]], "slide_roll_ratio", [_UNITS]),
+    ],
+)
+def test_percent_sign_counts_in_names_and_units_only(
+    rows_above: list[list[Any]], slip_name: str, rows_below: list[list[Any]]
+) -> None:
+    """The sheet shows 0.05 % and 5 %; the column says what is in %."""
+    names = [*NAMES[:4], slip_name, NAMES[5]]
+    made = openpyxl.Workbook()
+    for cells in (*rows_above, names, *rows_below):
+        made.active.append(cells)
+    for slip in (0.0005, 0.05):
+        made.active.append([0.0, 20, 2.5, 10, slip, 60])
+        made.active.cell(made.active.max_row, 5).number_format = "0.00%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    ((_, text),) = sheet_texts(buffer.getvalue())
+    slips = [line.split("\t")[4] for line in text.decode().splitlines()[-2:]]
+    is_ratio = slip_name.endswith("(1)")
+    assert slips == (["0.0005", "0.05"] if is_ratio else ["0.05", "5"])
+
+
+@pytest.mark.parametrize(
+    "row_between",
+    [
+        ["10:15:07", "NaN", "NaN", "NaN", "NaN", "NaN"],
+        ["#N/A", "#N/A", "#N/A", "#N/A", "#N/A", "#N/A"],
+        ["break", None, None, None, "lamp off"],
+    ],
+)
+def test_text_between_rows_of_numbers_names_no_column(row_between: list[str | None]) -> None:
+    names = [*NAMES[:4], "slide_roll_ratio (%)", NAMES[5]]
+    made = openpyxl.Workbook()
+    for cells in (names, [0.0, 20, 2.5, 10, 0.05, 60], row_between, [1.0, 20, 2.5, 10, 0.05, 60]):
+        made.active.append(cells)
+    for row in (2, 4):
+        made.active.cell(row, 5).number_format = "0.00%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    ((_, text),) = sheet_texts(buffer.getvalue())
+    lines = text.decode().splitlines()
+    assert [lines[index].split("\t")[4] for index in (1, 3)] == ["5", "5"]
 
 
 # ---------------------------------------------------------------- hostile workbooks

@@ -16,7 +16,7 @@ from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
 from oilfilm.report.figures.fits import without_heat
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -39,7 +39,7 @@ def test_friction_map_is_the_law_and_knows_the_film(drawing: Draw, config: Setti
     # docs/physics.md: 0.161 um at 25 m/s, 100 degC and S = 0.3
     fast = of_oil[(of_oil["series"] == "lambda") & (of_oil["y"] > 0.2999)]
     (rig,) = config.rigs.values()
-    roughness_um = 1e6 * required(rig.contact(), "contact", "the rig").roughness_rq_m
+    roughness_um = 1e6 * required_value(rig.contact(), "contact", "the rig").roughness_rq_m
     ratio = np.interp(25.0, fast["x"], fast["value"])
     assert ratio == pytest.approx(0.161 / roughness_um, rel=0.01)
 
@@ -101,7 +101,7 @@ def test_correction_recovers_most_of_heat(config: Settings, pressure: float, sli
     measured = truth.predict(at, np.array([slip])).traction_coefficient.item()
     curve = curve_of(at, slip, measured)
     (rig,) = config.rigs.values()
-    contact = required(rig.contact(), "contact", "the rig")
+    contact = required_value(rig.contact(), "contact", "the rig")
     corrected = without_heat(curve, truth, contact, config)  # type: ignore[arg-type]
     cold = isothermal_truth(pressure, speed, inlet, slip)
     lost = cold - measured
@@ -131,7 +131,7 @@ def test_impossible_correction_is_refused(config: Settings) -> None:
     measured = law.predict(at, slip).traction_coefficient
     curve = curve_of(at, slip, measured)
     (rig,) = config.rigs.values()
-    contact = required(rig.contact(), "contact", "the rig")
+    contact = required_value(rig.contact(), "contact", "the rig")
     corrected = without_heat(curve, law, contact, config)  # type: ignore[arg-type]
     mu = corrected["traction_coefficient"].to_numpy()
     kept = np.isfinite(mu)

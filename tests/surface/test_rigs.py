@@ -14,7 +14,14 @@ from oilfilm.surface.effects import LogNormal, RunErrorSizes
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, smooth_covariance
 from oilfilm.surface.reduction import ANOTHER_RIG, box_of, coordinates_at_points, reduced_curves
-from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, objective, priors, size_names
+from oilfilm.surface.reml import (
+    INTERVAL_KAPPA_PRIOR,
+    CurveCovariance,
+    Sizes,
+    objective,
+    priors,
+    size_names,
+)
 from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_count
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
@@ -27,7 +34,7 @@ CONFOUNDED = grid(*LEVELS)
 SLIPS = np.geomspace(0.003, 0.3, 8)
 NEW = np.array([[1.1, 30.0, 50.0], [1.4, 38.0, 100.0]])
 NEW_SLIP = np.array([0.01, 0.12])
-KNOWN = priors(RunErrorSizes(), CAUTIOUS, tells_rigs_apart=True)
+KNOWN = priors(RunErrorSizes(), INTERVAL_KAPPA_PRIOR, tells_rigs_apart=True)
 
 
 def mixed_rigs() -> np.ndarray:

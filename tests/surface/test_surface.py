@@ -12,7 +12,7 @@ from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.reml import CAUTIOUS, MISFIT, most_likely_sizes
+from oilfilm.surface.reml import INTERVAL_KAPPA_PRIOR, MISFIT, most_likely_sizes
 from oilfilm.surface.support import Support
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
@@ -144,7 +144,7 @@ def test_a_law_that_misses_points_near_zero_by_a_third_does_not_move_the_rest():
     np.testing.assert_allclose(prediction.mu, truth, rtol=0.02)
 
 
-@pytest.mark.parametrize("cut_short", [MISFIT, CAUTIOUS])
+@pytest.mark.parametrize("cut_short", [MISFIT, INTERVAL_KAPPA_PRIOR])
 def test_a_surface_says_whether_both_searches_of_sizes_converged(
     measured, law, fitted, monkeypatch, cut_short
 ):

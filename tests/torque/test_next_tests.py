@@ -28,7 +28,7 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_point_table
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_of_results
+from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_with_uncertainty
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.torque.next_tests import (
@@ -181,7 +181,7 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
     results: CampaignTables, request_for: Request
 ) -> None:
     """Beside the standard deviations of draws, and without tests for a torque that drag decides."""
-    (oil,) = oils_of_results(results, SETTINGS)
+    (oil,) = oils_with_uncertainty(results, SETTINGS)
     points = operating_point_table(SETTINGS.tested_bearing(), *DUTY.T)
     cases = Cases(SETTINGS.tested_bearing(), [CaseGroup(oil, "stress", points)])
     drawn, _, _ = cases.calculate_with_uncertainty(SETTINGS.seed)

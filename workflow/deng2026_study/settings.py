@@ -11,7 +11,7 @@ from pydantic import Field, field_validator, model_validator
 from oilfilm.base.studies import settings_file
 from oilfilm.bearing.kinematics import entrainment_speed_m_s, inner_slide_roll_ratio
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key
+from oilfilm.settings.base import Group, key, key_error_at
 from oilfilm.settings.config import Box, LawOfConditions, Matrix
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
@@ -51,9 +51,7 @@ class SignSettings(Group):
     @classmethod
     def _thirds_have_whole_steps(cls, levels: int) -> int:
         if levels % 3 != 1:
-            raise contradiction(
-                (), f"{levels} levels have no thirds of whole steps; take 4, 7, 10."
-            )
+            raise key_error_at((), f"{levels} levels have no thirds of whole steps; take 4, 7, 10.")
         return levels
 
 
@@ -144,7 +142,7 @@ class SelectionSettings(Group):
         names = sorted(rule.name for rule in self.rules)
         for order, listed in self.band.rule_orders.items():
             if sorted(listed) != names:
-                raise contradiction(
+                raise key_error_at(
                     ("band", "rule_orders", order),
                     f"an order has every rule once: {', '.join(names)}; found {', '.join(listed)}.",
                 )

@@ -147,7 +147,7 @@ def references_of_studies(purpose):
 
 
 # Digest of the locked packages: a release must not name packages that did not make its results.
-PACKAGES_DIGEST = file_digest(HOME / home.RUN_LOCK)[:8]
+PACKAGES_DIGEST = file_digest(HOME / home.REQUIREMENTS_LOCK_FILE)[:8]
 # Modules of the campaign's studies, which no module imports by name.
 STUDY_MODULES = studies.study_files(CAMPAIGN.studies)
 # Declarations of columns and tables, for the rules that print their meaning.

@@ -7,7 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Campaign
 
 # Planted defect -> the gate or rule that must catch it.
@@ -58,8 +58,8 @@ def _level_in_name(set_point: str, level: float) -> str:
 
 def planned_runs(campaign: Campaign) -> list[PlannedRun]:
     """Runs of a campaign file with `matrix` and `twin`, in the order of their names."""
-    levels_of_matrix = required(campaign.matrix, "matrix", "the campaign").model_dump()
-    twin = required(campaign.twin, "twin", "the campaign")
+    levels_of_matrix = required_value(campaign.matrix, "matrix", "the campaign").model_dump()
+    twin = required_value(campaign.twin, "twin", "the campaign")
     # the levels of `condition` are in the order of the matrix: pressure, speed, temperature
     defective_runs = [
         PlannedRun(
@@ -72,9 +72,9 @@ def planned_runs(campaign: Campaign) -> list[PlannedRun]:
 
 def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
     """Torque logs of a campaign file with `torque` and its `twin`, in the order of their names."""
-    torque = required(campaign.torque, "torque", "the campaign")
-    matrix = required(torque.matrix, "matrix", "the campaign's `torque`")
-    twin = required(torque.twin, "twin", "the campaign's `torque`")
+    torque = required_value(campaign.torque, "torque", "the campaign")
+    matrix = required_value(torque.matrix, "matrix", "the campaign's `torque`")
+    twin = required_value(torque.twin, "twin", "the campaign's `torque`")
     set_point_names = ("axial_load_n", "oil_temperature_c")
     defective_runs = [
         PlannedRun(

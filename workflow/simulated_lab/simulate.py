@@ -23,7 +23,7 @@ from oilfilm.base.randomness import generator
 from oilfilm.base.units import PA_PER_GPA, FloatArray, surface_speed_to_rpm
 from oilfilm.logs.raw_files import listing_text
 from oilfilm.physics.contact import Contact, max_hertz_pressure
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
@@ -82,8 +82,8 @@ def simulate_campaign(
     contact = known_contact(settings)
     ((rig_name, rig),) = settings.rigs.items()
     for geometry_key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
-        required(getattr(rig, geometry_key), geometry_key, f"config/rigs/{rig_name}.yaml")
-    twin = required(settings.campaign.twin, "twin", "the campaign")
+        required_value(getattr(rig, geometry_key), geometry_key, f"config/rigs/{rig_name}.yaml")
+    twin = required_value(settings.campaign.twin, "twin", "the campaign")
     programme = slip_programme(twin)
     for run in planned_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
@@ -154,7 +154,7 @@ def _sensor_signals(
     run: PlannedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
 ) -> Signals:
     """The signals as the sensors give them, with the planted defect."""
-    full_scale = required(rig.full_scale, "full_scale", "the rig")
+    full_scale = required_value(rig.full_scale, "full_scale", "the rig")
     load_gain_draw, temperature_draw, zero_draw, drift_draw = random.standard_normal(4)
     time_s = true_signals["time_s"]
 
@@ -166,7 +166,7 @@ def _sensor_signals(
     def logged_rpm(speed_m_s: FloatArray, radius_key: str) -> FloatArray:
         """Logged speed (rpm) of a ball or disc whose surface has this speed."""
         logged_m_s = speed_m_s + noise("surface_speed_m_s")
-        radius_m = required(getattr(rig, radius_key), radius_key, "the rig")
+        radius_m = required_value(getattr(rig, radius_key), radius_key, "the rig")
         return surface_speed_to_rpm(logged_m_s, radius_m)
 
     force_n = true_signals["traction_force_n"] + twin.zero_offset_n * zero_draw

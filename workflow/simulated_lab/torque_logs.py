@@ -10,7 +10,7 @@ from oilfilm.base.randomness import generator
 from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.resistance import HEATS
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
 from simulated_lab.plan import PlannedRun, planned_torque_runs
@@ -40,8 +40,8 @@ def simulate_torque(
         settings: The settings.
         constants: The printed constants of each oil.
     """
-    torque_test = required(settings.campaign.torque, "torque", "the campaign")
-    twin = required(torque_test.twin, "twin", "the campaign's `torque`")
+    torque_test = required_value(settings.campaign.torque, "torque", "the campaign")
+    twin = required_value(torque_test.twin, "twin", "the campaign's `torque`")
     traction_by_oil = true_tractions(settings, constants)
     runs = planned_torque_runs(settings.campaign)
     for oil in dict.fromkeys(run.oil for run in runs):
@@ -57,8 +57,8 @@ def _truth_rows(
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
-    torque_test = required(settings.campaign.torque, "torque", "the campaign")
-    speeds = required(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
+    torque_test = required_value(settings.campaign.torque, "torque", "the campaign")
+    speeds = required_value(torque_test.matrix, "matrix", "the campaign's `torque`").inner_speed_rpm
     load_of_run_n, temperature_of_run_c = _loads_and_temperatures(runs, twin, settings.seed)
     # operating points: the speeds of the first run, then those of the second, and so on
     speed_rpm = np.tile(np.array(speeds, dtype=float), len(runs))

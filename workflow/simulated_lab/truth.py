@@ -18,7 +18,7 @@ from oilfilm.bearing.ellipse import QuadratureRule, TractionLaw, gauss_rule
 from oilfilm.physics.contact import Conditions, Contact, elliptical_contact
 from oilfilm.physics.oils import Oil
 from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -175,7 +175,7 @@ def true_tractions(
         OilfilmError: The rig's geometry is unknown, or an oil has no printed constants.
     """
     campaign = settings.campaign
-    thermal_ehl = required(campaign.twin, "twin", "the campaign").thermal_ehl
+    thermal_ehl = required_value(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal_ehl is not None:
         film_constants = ThermalEhl(**thermal_ehl.model_dump())
         rig_contact = known_contact(settings)
@@ -223,8 +223,8 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
     """
     campaign = settings.campaign
     rig_contact = known_contact(settings)
-    matrix = required(campaign.matrix, "matrix", "the campaign")
-    slip_max = required(campaign.twin, "twin", "the campaign").slip_max
+    matrix = required_value(campaign.matrix, "matrix", "the campaign")
+    slip_max = required_value(campaign.twin, "twin", "the campaign").slip_max
     grid = np.meshgrid(
         matrix.max_hertz_pressure_gpa,
         matrix.entrainment_speed_m_s,

@@ -25,7 +25,7 @@ from oilfilm.report.figures import style
 from oilfilm.report.figures.curves import NO_POINT, CurveInPanel, draw_curves
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.sheet import Sheet, register, table_page
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -316,7 +316,7 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     Geometry, materials and cage of the bearing, with their sources. The table of the paper is
     partly lost; the last column quotes its text.
     """
-    torque = required(settings.campaign.torque, "torque", "the campaign")
+    torque = required_value(settings.campaign.torque, "torque", "the campaign")
     bearing = settings.bearings[torque.bearing]
     cells = []
     # column `of`: the quantity is one of the bearing's file, or of the test in the campaign file

@@ -31,7 +31,7 @@ from oilfilm.torque.answers import (
     three_digits,
     what_to_measure,
 )
-from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results
+from oilfilm.torque.bearing_torque import OilInBearing, oils_with_uncertainty
 from oilfilm.torque.best_oil import NOT_KNOWN
 
 # Unit of plain numbers, and the bounds of what a bearing with oil may have: above the lower one, up
@@ -302,7 +302,7 @@ def bearing_torque(
         source = _source_of_fit(results, oil, rig, settings_folder)
     else:
         source = _source_of_folder(Path(results), rig, settings_folder)
-    oils_in_bearing = oils_of_results(source.tables, source.settings)
+    oils_in_bearing = oils_with_uncertainty(source.tables, source.settings)
     _refuse_unknown_oil(oil, oils_in_bearing, source.name)
     geometry = bearing_file.bearing(bearing)
     points = operating_point_table(

@@ -1,4 +1,4 @@
-"""The columns of a table of mu: which is taken for what, how that is known, and what is asked.
+"""Assign table columns to quantities, and say what is ambiguous.
 
 A meaning comes from the name of a column, from the user, or from the numbers of other columns.
 A meaning that none of them gives is asked, with the line that answers it.
@@ -43,6 +43,8 @@ _ERROR_OF_DIGITS = 0.005
 _MAXIMUM_OVER_MEAN = 1.5
 # Steel of bearings is indented by more than this.
 _MAX_PRESSURE_GPA = 5.0
+# Numbers below this may be pressures in GPa that are in the column of a speed in m/s.
+_MAX_SWAPPED_SPEED_M_S = 5.0
 # The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
@@ -63,6 +65,11 @@ class TableColumn:
     numbers: FloatArray
     by_user: bool = False
 
+    @property
+    def is_blank(self) -> bool:
+        """Whether no row has a number."""
+        return not np.isfinite(self.numbers).any()
+
 
 @dataclass(frozen=True)
 class TableReading:
@@ -80,7 +87,7 @@ class TableReading:
     notes: Sequence[str]
 
 
-class AskedError(ValueError):
+class ColumnsError(ValueError):
     """A meaning that is not known: the sentence, and the line that answers it."""
 
     def __init__(self, sentence: str, advice: str) -> None:
@@ -92,8 +99,27 @@ class AskedError(ValueError):
 # ---------------------------------------------------------------- what the user states
 
 
-def stated_meanings(text: str | Mapping[str, str]) -> dict[str, Meaning]:
-    """What a user says of columns: the meaning of each by the name of the column.
+@dataclass(frozen=True)
+class StatedColumn:
+    """A column of which the user says what it is.
+
+    Attributes:
+        text: Name, unit and definition as the user writes them.
+        readings: Each name that the text may mean, and the meaning of its column then. The longest
+            name is first: `Speed, mean` is the name of a column, or `Speed` with a definition.
+    """
+
+    text: str
+    readings: tuple[tuple[str, Meaning], ...]
+
+    @property
+    def quantity(self) -> str:
+        """The quantity that the column is."""
+        return self.readings[0][1].quantity
+
+
+def stated_columns(text: str | Mapping[str, str]) -> list[StatedColumn]:
+    """What a user says of columns.
 
     Args:
         text: `quantity=name [unit], definition`, several separated by semicolons; or the same as a
@@ -105,8 +131,9 @@ def stated_meanings(text: str | Mapping[str, str]) -> dict[str, Meaning]:
         OilfilmError: A quantity is not known.
 
     Examples:
-        >>> stated_meanings("slide_roll_ratio=Schlupf [%], over_sum")["Schlupf"].definition
-        'over_sum'
+        >>> (column,) = stated_columns("slide_roll_ratio=Schlupf [%], over_sum")
+        >>> [name for name, _ in column.readings]
+        ['Schlupf [%], over_sum', 'Schlupf [%]', 'Schlupf']
     """
     entries: list[tuple[str, str]] = []
     if isinstance(text, str):
@@ -117,18 +144,118 @@ def stated_meanings(text: str | Mapping[str, str]) -> dict[str, Meaning]:
             entries.append((quantity.strip(), column_text.strip()))
     else:
         entries = [(str(quantity), str(column_text)) for quantity, column_text in text.items()]
-    meaning_by_name: dict[str, Meaning] = {}
-    for quantity, column_text in entries:
+    for quantity, _ in entries:
         if quantity not in (*UNIT_BY_QUANTITY, NOTHING):
             expected = ", ".join((*UNIT_BY_QUANTITY, NOTHING))
             raise OilfilmError(f"--columns: found {quantity!r}; expected one of {expected}.")
-        definitions = DEFINITIONS_OF_QUANTITY.get(quantity, ())
-        name_and_unit, separator, last_part = column_text.rpartition(",")
-        definition = last_part.strip() if separator and last_part.strip() in definitions else ""
-        # only a unit in brackets: the user types the name as the table has it
-        name, unit = split_unit(name_and_unit.strip() if definition else column_text)
-        meaning_by_name[name] = Meaning(quantity, definition, unit)
-    return meaning_by_name
+    return [_stated_column(quantity, column_text) for quantity, column_text in entries]
+
+
+def _stated_column(quantity: str, text: str) -> StatedColumn:
+    """A column by its quantity and by the text of name, unit and definition."""
+    name_and_unit, separator, last_part = text.rpartition(",")
+    definition = last_part.strip()
+    if not separator or definition not in DEFINITIONS_OF_QUANTITY.get(quantity, ()):
+        name_and_unit, definition = text, ""
+    name_and_unit = name_and_unit.strip()
+    # only a unit in brackets: the user types the name as the table has it
+    name, unit = split_unit(name_and_unit)
+    # a name with its unit needs no other unit
+    meaning_by_name = {
+        text: Meaning(quantity, definition),
+        name_and_unit: Meaning(quantity, definition),
+        name: Meaning(quantity, definition, unit),
+    }
+    return StatedColumn(text, tuple(meaning_by_name.items()))
+
+
+def stated_meaning_by_index(
+    column_names: Sequence[str], units: Sequence[str], stated: Sequence[StatedColumn]
+) -> dict[int, Meaning]:
+    """What the user says of the columns of a table, by the index of the column.
+
+    Args:
+        column_names: Names of all columns.
+        units: Unit beside the name of each; empty where there is none.
+        stated: What the user says.
+
+    Raises:
+        ColumnsError: The table has not the column, or has several, or it is stated twice.
+    """
+    stated_by_index: dict[int, StatedColumn] = {}
+    meaning_by_index: dict[int, Meaning] = {}
+    for column in stated:
+        index, meaning = _index_and_meaning(column, column_names, units)
+        if index in stated_by_index:
+            quantities = f"{stated_by_index[index].quantity} and {column.quantity}"
+            raise ColumnsError(
+                f"--columns says of {column_names[index]!r} that it is {quantities}.",
+                "State one of them.",
+            )
+        stated_by_index[index] = column
+        meaning_by_index[index] = _completed_meaning(meaning, column_names[index], units[index])
+    return meaning_by_index
+
+
+def _index_and_meaning(
+    column: StatedColumn, column_names: Sequence[str], units: Sequence[str]
+) -> tuple[int, Meaning]:
+    """Index of the column that the user states, and its meaning by the user.
+
+    Raises:
+        ColumnsError: The table has not the column, or has several.
+    """
+    for name, meaning in column.readings:
+        indices = _indices_of_name(name, meaning.unit, column_names, units)
+        if len(indices) > 1:
+            names_found = " and ".join(repr(column_names[index]) for index in indices)
+            raise ColumnsError(
+                f"--columns names {column.text!r}, which may be {names_found}.",
+                "Write the name with its unit, as the table has it.",
+            )
+        if indices:
+            return indices[0], meaning
+    raise _missing_column_error(column.text, column_names)
+
+
+def _missing_column_error(text: str, column_names: Sequence[str]) -> ColumnsError:
+    """The error for a column that the user states and the table has not."""
+    return ColumnsError(
+        f"--columns names {text!r}, which the table has not, or which holds no "
+        f"numbers; its columns are {cut(', '.join(map(repr, column_names)))}.",
+        "Write the name as the table has it.",
+    )
+
+
+def _indices_of_name(
+    name: str, unit: str, column_names: Sequence[str], units: Sequence[str]
+) -> list[int]:
+    """Indices of the columns with a name; with the unit, where several have the name.
+
+    Args:
+        name: The name, or the name without its unit.
+        unit: The unit that the user states; empty without one.
+        column_names: Names of all columns.
+        units: Unit beside the name of each; empty where there is none.
+    """
+    if not unit and column_names.count(name) == 1:
+        return [column_names.index(name)]
+    indices = [
+        index
+        for index, column_name in enumerate(column_names)
+        if name in (column_name, split_unit(column_name)[0], stated_unit(column_name)[0])
+    ]
+    if len(indices) < 2:
+        return indices
+    unit_by_index = {
+        index: units[index] or stated_unit(column_names[index])[1] for index in indices
+    }
+    # the user may give a column its unit
+    for likely_unit in (unit, ""):
+        with_unit = [index for index in indices if unit_by_index[index] == likely_unit]
+        if len(with_unit) == 1:
+            return with_unit
+    return indices
 
 
 _EXPECTED_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
@@ -141,7 +268,7 @@ def chosen_columns(
     column_names: Sequence[str],
     units: Sequence[str],
     numbers_by_index: Mapping[int, FloatArray],
-    stated_by_name: Mapping[str, Meaning],
+    stated_by_index: Mapping[int, Meaning],
 ) -> tuple[dict[str, TableColumn], list[str]]:
     """The column that is taken for each quantity, and notes on columns that were not taken.
 
@@ -149,38 +276,31 @@ def chosen_columns(
         column_names: Names of all columns.
         units: Unit beside the name of each; empty where there is none.
         numbers_by_index: Numbers of the columns that hold numbers, by index.
-        stated_by_name: Meaning that the user states, by the name of the column.
+        stated_by_index: Meaning of the columns that the user states, by index.
 
     Raises:
-        AskedError: Two columns may be one quantity, or a column that the user names is missing.
+        ColumnsError: Two columns may be one quantity, or a stated column holds no numbers.
     """
     candidates_by_quantity: dict[str, list[TableColumn]] = {}
-    not_found = dict(stated_by_name)
     for index, column_name in enumerate(column_names):
-        stated_name = stated_name_of(column_name, not_found)
-        if stated_name is None:
-            meaning = meaning_of(column_name, units[index])
-        else:
-            meaning = _completed_meaning(not_found[stated_name], column_name, units[index])
-        is_nothing = meaning is None or meaning.quantity == NOTHING
-        if stated_name is not None and (index in numbers_by_index or is_nothing):
-            del not_found[stated_name]
-        if meaning is None or is_nothing or index not in numbers_by_index:
+        meaning = stated_by_index.get(index) or meaning_of(column_name, units[index])
+        if meaning is None or meaning.quantity == NOTHING:
+            continue
+        if index not in numbers_by_index:
+            if index in stated_by_index:
+                raise _missing_column_error(column_name, column_names)
             continue
         column = TableColumn(
-            column_name, meaning, numbers_by_index[index], by_user=stated_name is not None
+            column_name, meaning, numbers_by_index[index], by_user=index in stated_by_index
         )
         candidates_by_quantity.setdefault(meaning.quantity, []).append(column)
-    if not_found:
-        missing_name = next(iter(not_found))
-        raise AskedError(
-            f"--columns names {missing_name!r}, which the table has not, or which holds no "
-            f"numbers; its columns are {cut(', '.join(map(repr, column_names)))}.",
-            "Write the name as the table has it.",
-        )
     column_by_quantity: dict[str, TableColumn] = {}
     notes: list[str] = []
-    for quantity, candidates in candidates_by_quantity.items():
+    for quantity, all_candidates in candidates_by_quantity.items():
+        # a blank column is taken only where there is no other
+        candidates = [
+            column for column in all_candidates if column.by_user or not column.is_blank
+        ] or all_candidates
         ranks = [_rank_of_column(column) for column in candidates]
         best_rank = min(ranks)
         best_columns = [
@@ -188,24 +308,18 @@ def chosen_columns(
         ]
         if len(best_columns) > 1:
             names_of_best = " and ".join(repr(column.name) for column in best_columns)
-            raise AskedError(
+            raise ColumnsError(
                 f"the columns {names_of_best} could both be the {quantity.replace('_', ' ')}.",
                 _line_to_paste(best_columns[0]),
             )
         column_by_quantity[quantity] = best_columns[0]
-        names_not_taken = [column.name for column in candidates if column is not best_columns[0]]
+        names_not_taken = [
+            column.name for column in all_candidates if column is not best_columns[0]
+        ]
         if names_not_taken:
             quoted_names = ", ".join(map(repr, names_not_taken))
             notes.append(f"not read as the {quantity.replace('_', ' ')}: {quoted_names}")
     return column_by_quantity, notes
-
-
-def stated_name_of(column_name: str, stated_by_name: Mapping[str, Meaning]) -> str | None:
-    """The name by which the user states a column, with its unit or without; None if not stated."""
-    for possible_name in (column_name, split_unit(column_name)[0], stated_unit(column_name)[0]):
-        if possible_name in stated_by_name:
-            return possible_name
-    return None
 
 
 def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: str) -> Meaning:
@@ -271,7 +385,7 @@ def reading_of(
         speed_m_s: Mean speed of all rows, where the user gives it.
 
     Raises:
-        AskedError: A definition or a unit is open, and no other column decides it; or two columns
+        ColumnsError: A definition or a unit is open, and no other column decides it; or two columns
             contradict each other.
     """
     notes = list(notes)
@@ -300,7 +414,7 @@ def reading_of(
     logged_pressure_gpa = numbers_by_quantity.get("max_hertz_pressure")
     if logged_pressure_gpa is not None and hertz_pressure_gpa is not None:
         if _relative_difference(logged_pressure_gpa, hertz_pressure_gpa) > _CONTRADICTS_BEYOND:
-            raise AskedError(
+            raise ColumnsError(
                 f"the column {name_by_quantity['max_hertz_pressure']!r} is not the maximum Hertz "
                 f"pressure of {name_by_quantity['load']!r} with this ball radius and these "
                 "materials: it is "
@@ -322,7 +436,7 @@ def numbers_in_unit(column: TableColumn) -> FloatArray:
     """The numbers of a column in the unit of its quantity.
 
     Raises:
-        AskedError: It has no unit, or an impossible one.
+        ColumnsError: It has no unit, or an impossible one.
     """
     meaning = column.meaning
     if meaning.question:
@@ -335,22 +449,22 @@ def numbers_in_unit(column: TableColumn) -> FloatArray:
         unit = "1"
     if not unit:
         quantity = meaning.quantity.replace("_", " ")
-        raise AskedError(
+        raise ColumnsError(
             f"the column {column.name!r}, the {quantity}, has no unit.", _line_to_paste(column)
         )
     to_unit = possible_conversion(unit, (target_unit,))
     if to_unit is None:
-        raise AskedError(
+        raise ColumnsError(
             f"the column {column.name!r} is in {unit!r}; expected {target_unit}.",
             "Correct the unit, or the name.",
         )
     return to_unit.convert(column.numbers)
 
 
-def _question_error(column: TableColumn) -> AskedError:
+def _question_error(column: TableColumn) -> ColumnsError:
     """The error for a column whose meaning is open, with the line that answers it."""
     quantity = column.meaning.quantity.replace("_", " ")
-    return AskedError(
+    return ColumnsError(
         f"the column {column.name!r} would be the {quantity}, but {column.meaning.question}.",
         _line_to_paste(column),
     )
@@ -359,9 +473,12 @@ def _question_error(column: TableColumn) -> AskedError:
 def _relative_difference(numbers: FloatArray, reference: FloatArray) -> float:
     """Median difference of two columns over the largest number of the reference.
 
-    Infinite if the reference is zero in all rows.
+    Infinite if the reference is zero in all rows. NaN without a row in which both are known: then
+    no column confirms or contradicts the other.
     """
     is_known = np.isfinite(numbers) & np.isfinite(reference)
+    if not is_known.any():
+        return np.nan
     largest_reference = float(np.max(np.abs(reference[is_known]), initial=0.0))
     if largest_reference == 0:
         return np.inf
@@ -412,13 +529,13 @@ def _slide_roll_ratio(
         if mean_speed is None and ratio_of_speeds is not None:
             mean_speed = (numbers_by_quantity["ball_speed"] + numbers_by_quantity["disc_speed"]) / 2
         if mean_speed is None:
-            raise AskedError(
+            raise ColumnsError(
                 f"the column {column.name!r} is a sliding speed; the slide-roll ratio needs the "
                 "speed of rolling as well.",
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
         how_known = ", a sliding speed: divided by the mean speed"
-        return numbers_in_unit(column) / mean_speed, how_known
+        return over_speed(numbers_in_unit(column), mean_speed), how_known
     if ratio_of_speeds is not None:
         confirmed_ratio = _definition_by_speeds(column, ratio_of_speeds)
         if confirmed_ratio is not None:
@@ -440,7 +557,7 @@ def _slide_roll_ratio(
             bare_name, _ = stated_unit(column.name)
             line = f'--columns "slide_roll_ratio={bare_name} [%], {meaning.definition}"'
             sentence = _question_error(column_in_doubt).sentence
-            raise AskedError(sentence, f"State it: {line}, or [1] for a ratio.")
+            raise ColumnsError(sentence, f"State it: {line}, or [1] for a ratio.")
     ratio = over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
     if meaning.definition != "over_mean":
         how_known += f", {DEFINITION_IN_WORDS[meaning.definition]}: converted to that over the mean"
@@ -468,7 +585,13 @@ def _ratio_of_speeds(numbers_by_quantity: Mapping[str, FloatArray]) -> FloatArra
         return None
     ball_m_s = numbers_by_quantity["ball_speed"]
     disc_m_s = numbers_by_quantity["disc_speed"]
-    return np.asarray((disc_m_s - ball_m_s) / ((ball_m_s + disc_m_s) / 2))
+    return over_speed(disc_m_s - ball_m_s, (ball_m_s + disc_m_s) / 2)
+
+
+def over_speed(sliding_m_s: FloatArray, mean_m_s: FloatArray | float) -> FloatArray:
+    """A sliding speed over a mean speed; NaN where the mean is 0, as at standstill."""
+    known_mean_m_s = np.where(np.equal(mean_m_s, 0), np.nan, mean_m_s)
+    return np.asarray(sliding_m_s / known_mean_m_s)
 
 
 class _RatioCandidate(NamedTuple):
@@ -530,23 +653,25 @@ def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> Non
     """Refuse a stated ratio that the speeds contradict in every unit that it may have.
 
     Raises:
-        AskedError: They contradict it.
+        ColumnsError: They contradict it.
     """
     meaning = column.meaning
-    if meaning.question:
+    is_known = np.isfinite(column.numbers) & np.isfinite(ratio_of_speeds)
+    if meaning.question or not is_known.any():
         return
     for unit in [meaning.unit] if meaning.unit else ["1", "%"]:
         to_unit = possible_conversion(unit, ("1",))
         if to_unit is None:
             return
         ratio = over_mean(to_unit.convert(column.numbers), meaning.definition)
-        median_difference = float(np.nanmedian(np.abs(np.abs(ratio) - np.abs(ratio_of_speeds))))
+        differences = np.abs(np.abs(ratio[is_known]) - np.abs(ratio_of_speeds[is_known]))
+        median_difference = float(np.nanmedian(differences))
         if (
             _misfit(ratio, ratio_of_speeds) <= _CONTRADICTS_BEYOND
             or median_difference <= _ERROR_OF_DIGITS
         ):
             return
-    raise AskedError(
+    raise ColumnsError(
         f"the column {column.name!r} contradicts the speeds of ball and disc.",
         "Correct the column that is wrong, or leave it out.",
     )
@@ -558,7 +683,7 @@ def _refuse_contradictions(
     """Refuse columns that contradict each other, or whose numbers are those of another quantity.
 
     Raises:
-        AskedError: Two columns contradict each other.
+        ColumnsError: Two columns contradict each other.
     """
     if {"ball_speed", "disc_speed", "entrainment_speed"} <= numbers_by_quantity.keys():
         mean_m_s = (numbers_by_quantity["ball_speed"] + numbers_by_quantity["disc_speed"]) / 2
@@ -566,7 +691,7 @@ def _refuse_contradictions(
             _relative_difference(numbers_by_quantity["entrainment_speed"], mean_m_s)
             > _CONTRADICTS_BEYOND
         ):
-            raise AskedError(
+            raise ColumnsError(
                 f"the column {name_by_quantity['entrainment_speed']!r} is not the mean of "
                 f"{name_by_quantity['ball_speed']!r} and {name_by_quantity['disc_speed']!r}.",
                 "Correct the column that is wrong, or leave it out.",
@@ -574,12 +699,18 @@ def _refuse_contradictions(
     pressure_gpa = numbers_by_quantity.get("max_hertz_pressure")
     speed_m_s = numbers_by_quantity.get("entrainment_speed")
     if pressure_gpa is not None and speed_m_s is not None:
-        median_gpa = float(np.nanmedian(pressure_gpa))
-        median_m_s = float(np.nanmedian(speed_m_s))
-        if median_gpa > _MAX_PRESSURE_GPA and median_m_s < _MAX_PRESSURE_GPA:
-            raise AskedError(
+        median_gpa = _median_of_known(pressure_gpa)
+        median_m_s = _median_of_known(speed_m_s)
+        if median_gpa > _MAX_PRESSURE_GPA and median_m_s < _MAX_SWAPPED_SPEED_M_S:
+            raise ColumnsError(
                 f"{name_by_quantity['max_hertz_pressure']!r} is {median_gpa:g} GPa in the median "
                 f"and {name_by_quantity['entrainment_speed']!r} is {median_m_s:g} m/s: their "
                 "columns or units may be swapped.",
                 "Correct the names.",
             )
+
+
+def _median_of_known(numbers: FloatArray) -> float:
+    """Median of the numbers that are known; NaN without one."""
+    known_numbers = numbers[np.isfinite(numbers)]
+    return float(np.median(known_numbers)) if len(known_numbers) else np.nan

@@ -24,13 +24,15 @@ from oilfilm import tables
 from oilfilm.api.arrays import ArrayFit, fit_points
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.api.mu_columns import (
-    AskedError,
+    ColumnsError,
+    StatedColumn,
     TableColumn,
     chosen_columns,
     numbers_in_unit,
+    over_speed,
     reading_of,
-    stated_meanings,
-    stated_name_of,
+    stated_columns,
+    stated_meaning_by_index,
 )
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
@@ -39,7 +41,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import Meaning, VocabularyInWords, label_of, meaning_of
+from oilfilm.logs.meaning import VocabularyInWords, label_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -159,7 +161,7 @@ def fit_table(
             pressure_gpa_of_load, ball_radius_m=ball_radius_m, materials=materials
         )
     stated_by_user = StatedByUser(
-        stated_meanings(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
+        stated_columns(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
     )
     mu_table = read_mu_table(table, stated_by_user)
     _refuse_contradiction(conditions_of_all_rows, mu_table)
@@ -286,13 +288,13 @@ class StatedByUser:
     """What the user says beside a table of mu.
 
     Attributes:
-        meaning_by_name: Meaning of columns, by their names.
+        columns: The columns of which the user says what they are.
         pressure_of_load: Function of loads in N, which returns their maximum Hertz pressure in GPa;
             None where the contact is not known.
         speed_m_s: Mean speed of all rows; None where the table has it.
     """
 
-    meaning_by_name: Mapping[str, Meaning] = field(default_factory=dict)
+    columns: Sequence[StatedColumn] = ()
     pressure_of_load: Callable[[FloatArray], FloatArray] | None = None
     speed_m_s: float | None = None
 
@@ -426,7 +428,10 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        vocabulary = replace(VOCABULARY, meaning_of_name=stated_by_user.meaning_by_name)
+        meaning_of_name = dict(
+            reading for column in stated_by_user.columns for reading in column.readings
+        )
+        vocabulary = replace(VOCABULARY, meaning_of_name=meaning_of_name)
         _, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
@@ -518,11 +523,14 @@ def _add_points(
         OilfilmError: A meaning is not known, or mu or the slide-roll ratio is missing.
     """
     names, units = logged_table.names, logged_table.units
-    stated = stated_by_user.meaning_by_name
+    try:
+        stated_by_index = stated_meaning_by_index(names, units, stated_by_user.columns)
+    except ColumnsError as error:
+        raise mu_table.error(error.sentence, error.advice) from None
     column_indices = [
         index
         for index, (name, unit) in enumerate(zip(names, units, strict=True))
-        if meaning_of(name, unit) is not None or stated_name_of(name, stated) is not None
+        if index in stated_by_index or meaning_of(name, unit) is not None
     ]
     values_of_columns = zip(column_indices, logged_table.read_values(column_indices), strict=True)
     numbers_by_index = {
@@ -531,12 +539,14 @@ def _add_points(
         if values.dtype.kind in "iuf"
     }
     try:
-        column_by_quantity, notes = chosen_columns(names, units, numbers_by_index, stated)
+        column_by_quantity, notes = chosen_columns(names, units, numbers_by_index, stated_by_index)
         column_by_quantity = {
             quantity: column
             for quantity, column in column_by_quantity.items()
             if quantity in _COLUMN_BY_QUANTITY
         }
+        if "entrainment_speed" in column_by_quantity or stated_by_user.speed_m_s is not None:
+            notes += _remove_blank_speeds(column_by_quantity)
         notes += _remove_doubtful(column_by_quantity)
         _refuse_without_mu_or_slip(mu_table, names, column_by_quantity)
         pressure_gpa = None
@@ -545,8 +555,8 @@ def _add_points(
             pressure_gpa = stated_by_user.pressure_of_load(load_n)
         notes = [*mu_table.notes, *notes]
         reading = reading_of(column_by_quantity, notes, pressure_gpa, stated_by_user.speed_m_s)
-    except AskedError as asked:
-        raise mu_table.error(asked.sentence, asked.advice) from None
+    except ColumnsError as error:
+        raise mu_table.error(error.sentence, error.advice) from None
     mu_table.notes = list(reading.notes)
     points = mu_table.points
     for quantity, numbers in reading.numbers_by_quantity.items():
@@ -557,8 +567,27 @@ def _add_points(
         if SPEED not in points:
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
-            points[SLIP] = (disc_m_s - ball_m_s) / points[SPEED]
+            points[SLIP] = over_speed((disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy())
     return dict(reading.name_by_quantity)
+
+
+def _remove_blank_speeds(column_by_quantity: dict[str, TableColumn]) -> list[str]:
+    """Remove the speeds of ball and disc that are blank, where slip and mean speed are given.
+
+    Without these the speeds stay: a message then says that no row has all its numbers.
+
+    Returns:
+        Notes on the removed columns.
+    """
+    if "slide_roll_ratio" not in column_by_quantity:
+        return []
+    notes: list[str] = []
+    for quantity in ("ball_speed", "disc_speed"):
+        column = column_by_quantity.get(quantity)
+        if column is not None and column.is_blank:
+            del column_by_quantity[quantity]
+            notes.append(f"not read: {column.name!r}: it holds no numbers")
+    return notes
 
 
 def _remove_doubtful(column_by_quantity: dict[str, TableColumn]) -> list[str]:

@@ -1,6 +1,6 @@
 """Where the files beside the library are: rules, scripts, reference data and default settings.
 
-In a clone this is its top folder. The wheel carries the same files in `oilfilm/shipped`.
+A clone has them in its top folder. The wheel carries the same files in `oilfilm/shipped`.
 
 Decides: where rules, reference data and default settings of an installed oilfilm are.
 """
@@ -14,13 +14,13 @@ _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
 CONFIG = HOME / "config"
 # The packages that results are made with, by exact version.
-RUN_LOCK = "requirements/run.lock"
+REQUIREMENTS_LOCK_FILE = "requirements/run.lock"
 
 
 def reference_file(name: str) -> Path:
     """A file of data/reference or of a study's reference data, given without its ending.
 
-    Its path is relative to the working folder where it is below it, as in a clone.
+    A path below the working folder is returned relative to it.
     """
     path = HOME / "data/reference" / f"{name}.yaml"
     if not path.is_file():

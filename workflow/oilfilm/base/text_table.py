@@ -12,7 +12,7 @@ Row = Sequence[str]
 
 
 def text_table(rows: Sequence[Row], *, right_aligned_count: int = 0, indent: str = "") -> list[str]:
-    """Lines of a table without rules; control characters in cells are escaped.
+    """Lines of a table without ruled lines; control characters in cells are escaped.
 
     Args:
         rows: Cells; each row has the same number of them.

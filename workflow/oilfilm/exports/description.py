@@ -25,7 +25,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import misfit_beside_scatter
 from oilfilm.report.captions import credit
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
@@ -362,7 +362,7 @@ class Description:
         """The source of the constants, and whether the data behind them are measured."""
         if self.published is not None:
             return f"PRINTED CONSTANTS of {self.published.source}"
-        campaign = required(self.campaign, "campaign", "the description of a fit")
+        campaign = required_value(self.campaign, "campaign", "the description of a fit")
         data = "SIMULATED DATA, not for design"
         if campaign.data == "measured":
             data = plain_text(f"Measured data{credit(campaign)}")
@@ -374,7 +374,7 @@ class Description:
         if self.published is not None:
             sentences = list(self.published.sentences)
         else:
-            quality = required(self.quality, "quality", "the description of a fit")
+            quality = required_value(self.quality, "quality", "the description of a fit")
             sentences = [
                 f"Fit: {quality['n_points']} points of {quality['n_curves']} runs, rms error of mu "
                 f"{quality['rmse']:.2g}; {self.certificate_sentence}"

@@ -19,7 +19,7 @@ from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.levels import cluster_indices
+from oilfilm.base.levels import level_indices
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
@@ -364,8 +364,11 @@ def condition_level_numbers(
         "entrainment_speed_m_s": same_condition.entrainment_speed,
     }
     if condition_name in relative_width:
-        return cluster_indices(np.log(values), relative_width[condition_name])
-    return cluster_indices(values, same_condition.inlet_temperature_c)
+        # the logarithm of 0, as of no load, is -inf: a level of its own
+        with np.errstate(divide="ignore"):
+            logarithms = np.log(values)
+        return level_indices(logarithms, relative_width[condition_name])
+    return level_indices(values, same_condition.inlet_temperature_c)
 
 
 def level_numbers_by_gap(values: FloatArray, gap: float) -> IndexArray:

@@ -16,7 +16,7 @@ import pandas as pd
 import scipy
 
 from oilfilm import tables
-from oilfilm.base.levels import cluster_indices
+from oilfilm.base.levels import level_indices
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.conditions import condition_level_numbers, fixed_from_text
@@ -145,7 +145,7 @@ def _level_numbers_within(
     values_by_group = np.argsort(group_of_value, kind="stable")
     begins = np.flatnonzero(np.diff(group_of_value[values_by_group])) + 1
     for value_indices in np.split(values_by_group, begins):
-        level_of_value[value_indices] = cluster_indices(values[value_indices], width)
+        level_of_value[value_indices] = level_indices(values[value_indices], width)
     return level_of_value
 
 

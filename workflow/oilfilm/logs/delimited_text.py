@@ -96,7 +96,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     encoding = text_rows.encoding_of(content)
     text = text_rows.normalised(content, encoding)
     check_row_count(max(text_rows.count_rows(text) - 1, 0))

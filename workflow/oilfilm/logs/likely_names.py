@@ -6,12 +6,17 @@ Decides: the line that a message shows to the owner of a log with unknown names.
 import re
 from collections.abc import Sequence
 
+from oilfilm.base.units import possible_conversion
+
 _DELIMITERS = ("\t", ";", "|", ",")
-# So many rows of numbers in a row are a table.
+# Fewest consecutive rows of numbers that count as a table.
 _FEWEST_ROWS = 3
 _FEWEST_CELLS = 3
 _HAS_DIGIT = re.compile(r"\d")
 _HAS_LETTERS = re.compile(r"[^\W\d_]{2}")
+_BRACKETS = "[]() "
+# Each usual unit of a log can be converted to one of these.
+_UNITS = ("1", "N", "N m", "Pa", "m", "m/s", "s", "rpm", "degC", "V", "A", "W")
 
 
 def likely_line_of_names(lines: Sequence[str]) -> tuple[int, str] | None:
@@ -21,35 +26,60 @@ def likely_line_of_names(lines: Sequence[str]) -> tuple[int, str] | None:
     """
     for delimiter in _DELIMITERS:
         cells_of_lines = [_cells(line, delimiter) for line in lines]
-        for first_row_index in range(1, len(lines) - _FEWEST_ROWS + 1):
-            cell_count = len(cells_of_lines[first_row_index])
-            first_rows = cells_of_lines[first_row_index : first_row_index + _FEWEST_ROWS]
-            if cell_count < _FEWEST_CELLS or not all(
-                _is_row(row, cell_count) for row in first_rows
-            ):
-                continue
-            candidate_index = first_row_index - 1
-            while (
-                candidate_index > 0
-                and len(cells_of_lines[candidate_index - 1]) == cell_count
-                and not _is_row(cells_of_lines[candidate_index], cell_count)
-            ):
-                if _is_row(cells_of_lines[candidate_index - 1], cell_count):
-                    break
-                candidate_index -= 1
-            if len(cells_of_lines[candidate_index]) == cell_count and not _is_row(
-                cells_of_lines[candidate_index], cell_count
-            ):
-                return candidate_index + 1, lines[candidate_index]
-            break
+        first_row_index = _index_of_first_row(cells_of_lines)
+        if first_row_index is None:
+            continue
+        line_index = _index_of_names(cells_of_lines, first_row_index)
+        if line_index is not None:
+            return line_index + 1, lines[line_index]
     return None
+
+
+def _index_of_first_row(cells_of_lines: Sequence[Sequence[str]]) -> int | None:
+    """Index of the first row of the first table that has a line above it; None without one."""
+    for row_index in range(1, len(cells_of_lines) - _FEWEST_ROWS + 1):
+        cell_count = len(cells_of_lines[row_index])
+        first_rows = cells_of_lines[row_index : row_index + _FEWEST_ROWS]
+        if cell_count >= _FEWEST_CELLS and all(
+            _is_row_of_numbers(row, cell_count) for row in first_rows
+        ):
+            return row_index
+    return None
+
+
+def _index_of_names(cells_of_lines: Sequence[Sequence[str]], first_row_index: int) -> int | None:
+    """Index of the line of names above the first row of numbers; None where none is likely.
+
+    Lines with few filled cells are passed over: a sheet fills its title and its notes with them.
+    """
+    cell_count = len(cells_of_lines[first_row_index])
+    line_of_units: int | None = None
+    for line_index in range(first_row_index - 1, -1, -1):
+        cells = cells_of_lines[line_index]
+        if len(cells) != cell_count or _is_row_of_numbers(cells, cell_count):
+            break
+        if sum(map(bool, cells)) <= cell_count / 2:
+            continue
+        if line_of_units is not None or not _is_line_of_units(cells):
+            return line_index
+        line_of_units = line_index
+    return line_of_units
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.rstrip("\r\n").split(delimiter)]
 
 
-def _is_row(cells: Sequence[str], cell_count: int) -> bool:
+def _is_line_of_units(cells: Sequence[str]) -> bool:
+    """Whether most filled cells are units, with or without brackets."""
+    filled_cells = [cell for cell in cells if cell]
+    unit_cells = [
+        cell for cell in filled_cells if possible_conversion(cell.strip(_BRACKETS), _UNITS)
+    ]
+    return len(unit_cells) > len(filled_cells) / 2
+
+
+def _is_row_of_numbers(cells: Sequence[str], cell_count: int) -> bool:
     """Whether most cells are numbers or times: they have digits and no word."""
     if len(cells) != cell_count:
         return False

@@ -45,7 +45,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     check_lines(content)
     encoding = encoding_of(content)
     text = normalised(content, encoding).decode("utf-8", "replace")

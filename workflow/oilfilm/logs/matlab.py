@@ -46,7 +46,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     if content.startswith(_TITLE_OF_HDF5):
         reason = "the file is of MATLAB's version 7.3 (HDF5), which is not read"
         raise UnreadableLogError(reason, _SAVE_AGAIN, rule="unknown_format")

@@ -17,15 +17,16 @@ import pandas as pd
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
 from oilfilm.logs.workbook import (
-    LARGEST_UNPACKED,
     LAST_ROW,
+    MAX_UNPACKED_BYTES,
     MOST_CELLS,
+    PercentColumns,
     check_letter_count,
     chunks_of,
     day_alone,
     line_of_cells,
+    tab_separated_bytes,
     tables_of_sheets,
-    text_of_lines,
 )
 
 # It is the first member of the archive, and is not compressed.
@@ -43,7 +44,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     return tables_of_sheets(sheet_texts(content), vocabulary)
 
 
@@ -58,7 +59,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     for title, lines in sheet_lines(content):
         filled_lines = [line for line in lines if line]
         if filled_lines:
-            text_of_sheets.append((title, text_of_lines(filled_lines)))
+            text_of_sheets.append((title, tab_separated_bytes(filled_lines)))
     return text_of_sheets
 
 
@@ -74,10 +75,10 @@ def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
     sheets = _Sheets()
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         member = archive.getinfo("content.xml")
-        if member.file_size > LARGEST_UNPACKED:
+        if member.file_size > MAX_UNPACKED_BYTES:
             raise ValueError(
                 f"unpacked it has {member.file_size // _MIB} MiB; "
-                f"expected at most {LARGEST_UNPACKED // _MIB}"
+                f"expected at most {MAX_UNPACKED_BYTES // _MIB}"
             )
         with archive.open(member) as document:
             for chunk in chunks_of(document):
@@ -102,7 +103,7 @@ class _Sheets:
         self.parser.CharacterDataHandler = self._add_text
         self.parser.EntityDeclHandler = self._refuse_entity
         self._lines: list[str] = []
-        self._columns_in_percent: set[int] = set()
+        self._percent_columns = PercentColumns()
         # value of each cell of a row, and whether it is shown in percent
         self._cells_of_row: list[tuple[Any, bool]] = []
         self._row_repeats = 1
@@ -126,7 +127,7 @@ class _Sheets:
             self._title = attributes.get(_TABLE + "name", "")
             self._lines = []
             self._empty_row_count = 0
-            self._columns_in_percent = set()
+            self._percent_columns = PercentColumns()
         elif tag == _TABLE + "table-row":
             self._cells_of_row = []
             self._empty_cell_count = 0
@@ -167,7 +168,8 @@ class _Sheets:
         self._empty_cell_count = 0
 
     def _end_row(self) -> None:
-        line = line_of_cells(self._cells_of_row, self._columns_in_percent)
+        self._percent_columns.add_row(self._cells_of_row)
+        line = line_of_cells(self._cells_of_row, self._percent_columns.in_percent)
         if not line:
             self._empty_row_count += self._row_repeats
             return

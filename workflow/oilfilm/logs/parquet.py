@@ -29,7 +29,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     # few writers add checksums to the pages; where they are, a changed bit is found
     log = parquet.ParquetFile(arrow.BufferReader(content), page_checksum_verification=True)
     row_count = log.metadata.num_rows

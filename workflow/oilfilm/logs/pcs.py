@@ -94,7 +94,7 @@ def _has_title(lines: Sequence[str]) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     base.check_lines(content)
     # older programs write the degree sign in the encoding of western Windows
     encoding = encoding_of(content)

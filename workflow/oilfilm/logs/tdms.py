@@ -37,7 +37,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     refusal, value_bytes = _read_segments(content)
     with TdmsFile.open(io.BytesIO(content)) as log:
         channels = [channel for group in log.groups() for channel in group.channels()]

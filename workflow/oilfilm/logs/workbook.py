@@ -10,7 +10,7 @@ import datetime
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence, Set
 from contextlib import closing, suppress
 from functools import lru_cache
 from typing import IO, Any
@@ -25,12 +25,13 @@ from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 SIGNATURE = b"PK\x03\x04"
 _MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
 _MIB = 1 << 20
-LARGEST_UNPACKED = 64 * _MIB
+MAX_UNPACKED_BYTES = 64 * _MIB
 # Excel's own limit.
 LAST_ROW = 1_048_576
-# Cells with the empty ones in front of the last of each row: all of them are made.
+# Limit on cells. Empty cells before the last cell of a row count: openpyxl creates them.
 MOST_CELLS = 10_000_000
 _CHUNK_BYTES = 1 << 20
+_HAS_LETTER = re.compile(r"[^\W\d_]")
 # Texts in quotes, a letter behind a backslash or behind the marks for gaps and filling, and colours
 # and languages in square brackets.
 _TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
@@ -42,7 +43,7 @@ def recognises(head: bytes) -> bool:
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
-    """See `Reader.tables`."""
+    """See `ingest.Reader.tables`."""
     return tables_of_sheets(sheet_texts(content), vocabulary)
 
 
@@ -108,17 +109,18 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
             # the size that a sheet states may be wrong: it is read to its last cell
             sheet.reset_dimensions()
             lines: list[str] = []
-            columns_in_percent: set[int] = set()
+            percent_columns = PercentColumns()
             for row in sheet.iter_rows():
                 cells = [_value_and_percent(cell.value, cell.number_format or "") for cell in row]
-                line = line_of_cells(cells, columns_in_percent)
+                percent_columns.add_row(cells)
+                line = line_of_cells(cells, percent_columns.in_percent)
                 if line:
                     lines.append(line)
                     letter_count += len(line)
                 # many cells may share one long text
                 check_letter_count(letter_count)
             if lines:
-                texts.append((sheet.title, text_of_lines(lines)))
+                texts.append((sheet.title, tab_separated_bytes(lines)))
     return texts
 
 
@@ -153,13 +155,59 @@ def check_letter_count(letter_count: int) -> None:
     """Refuse a workbook whose cells have too many letters.
 
     Raises:
-        ValueError: They have more than 64 MiB.
+        ValueError: They have more than 64 Mi letters. Letters are compared with a limit on bytes,
+            because a letter has at least one byte.
     """
-    if letter_count > LARGEST_UNPACKED:
-        raise ValueError(f"its cells hold more than {LARGEST_UNPACKED // _MIB} MiB")
+    if letter_count > MAX_UNPACKED_BYTES:
+        raise ValueError(f"its cells hold more than {MAX_UNPACKED_BYTES // _MIB} MiB")
 
 
-def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: set[int]) -> str:
+class PercentColumns:
+    """The columns of a sheet whose name or unit has a percent sign, while its rows are read.
+
+    Names and units are in the rows of texts right above a row of numbers. The names are in the row
+    with most words, the units in those below it. A percent sign in any other row is in a note.
+
+    Attributes:
+        in_percent: Indices of these columns at the last row that was added.
+    """
+
+    def __init__(self) -> None:
+        self.in_percent: Set[int] = frozenset()
+        self._has_names = False
+        # of the rows of texts since the last row of numbers
+        self._word_count_of_names = 0
+        self._marked_columns: Set[int] = frozenset()
+
+    def add_row(self, cells: Sequence[tuple[Any, bool]]) -> None:
+        """Add the next row: the value of each cell, and whether the sheet shows it in percent."""
+        texts = {index: value for index, (value, _) in enumerate(cells) if isinstance(value, str)}
+        number_count = sum(_is_number(value, is_in_percent) for value, is_in_percent in cells)
+        if number_count:
+            # a note between rows of numbers has fewer words than there are columns
+            fewest_words = number_count / 2 if self._has_names else 0
+            if self._word_count_of_names > fewest_words:
+                self.in_percent = self._marked_columns
+                self._has_names = True
+            self._word_count_of_names = 0
+            self._marked_columns = frozenset()
+            return
+        marked_columns = {index for index, text in texts.items() if "%" in text}
+        # texts in place of numbers, as `NaN` in all cells, are no names: these are distinct
+        word_count = len({text for text in texts.values() if _HAS_LETTER.search(text)})
+        if word_count > self._word_count_of_names:
+            self._word_count_of_names = word_count
+            self._marked_columns = marked_columns
+        else:
+            self._marked_columns |= marked_columns
+
+
+def _is_number(value: Any, is_in_percent: bool) -> bool:
+    """Whether a cell has a number or an instant. A bare 1 may be the unit of a ratio."""
+    return value is not None and not isinstance(value, str) and (value != 1 or is_in_percent)
+
+
+def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: Set[int]) -> str:
     """The texts of a row up to its last filled cell, with tabs between them.
 
     A number that the sheet shows as 5 % is 0.05 in its cell. It becomes 5 in a column whose
@@ -167,12 +215,10 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: set[int
 
     Args:
         cells: The value of each cell, and whether the sheet shows it in percent.
-        columns_in_percent: Columns with a percent sign above; those of this row are added.
+        columns_in_percent: Columns whose name or unit has a percent sign.
     """
     texts: list[str] = []
     for index, (value, is_in_percent) in enumerate(cells):
-        if isinstance(value, str) and "%" in value:
-            columns_in_percent.add(index)
         if isinstance(value, (int, float)) and is_in_percent:
             shown_number = 100 * value if index in columns_in_percent else value
             texts.append(f"{shown_number:.12g}")
@@ -181,7 +227,7 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: set[int
     return "\t".join(texts).rstrip("\t")
 
 
-def text_of_lines(lines: Sequence[str]) -> bytes:
+def tab_separated_bytes(lines: Sequence[str]) -> bytes:
     """Lines of cells as a text: each line is filled to the same number of cells."""
     most_tabs = max(line.count("\t") for line in lines)
     filled_lines = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
@@ -214,10 +260,10 @@ def checked_workbook(content: bytes) -> io.BytesIO:
     """
     archive = zipfile.ZipFile(io.BytesIO(content))
     unpacked_size = sum(member.file_size for member in archive.infolist())
-    if unpacked_size > LARGEST_UNPACKED:
+    if unpacked_size > MAX_UNPACKED_BYTES:
         raise ValueError(
             f"unpacked it has {unpacked_size // _MIB} MiB; expected at most "
-            f"{LARGEST_UNPACKED // _MIB}"
+            f"{MAX_UNPACKED_BYTES // _MIB}"
         )
     cell_count = 0
     for member in archive.infolist():

@@ -20,7 +20,7 @@ from oilfilm.base import home
 from oilfilm.base.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.base.digests import file_digest, files_below, files_of
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.base.home import RUN_LOCK, project_path
+from oilfilm.base.home import REQUIREMENTS_LOCK_FILE, project_path
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (
     CHECKSUMS,
@@ -118,7 +118,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         tag=run.settings.release.tag,
         config=sha256_of(config_text),
         code=code_tree_digest(run.home),
-        lock=file_digest(run.home / RUN_LOCK),
+        lock=file_digest(run.home / REQUIREMENTS_LOCK_FILE),
         environment=environment(run.home),
         raw=_raw_records(run),
     )
@@ -194,7 +194,7 @@ def _collect_files(
     """
     result_files = run.files_below_results()
     _refuse_damaged(run, result_files)
-    source_by_path = {LOCK: run.home / RUN_LOCK}
+    source_by_path = {LOCK: run.home / REQUIREMENTS_LOCK_FILE}
     for path_in_release, path in result_files.items():
         if not path_in_release.startswith(_SAMPLES):
             source_by_path[path_in_release] = path
@@ -268,7 +268,7 @@ def _refuse_other(folder: Path, manifest: Manifest) -> None:
 
 
 # Files that a run needs beside its code. The configuration comes from the release.
-_OTHER_FILES = (home.RUN_LOCK, "pyproject.toml", "profiles/default/config.yaml")
+_OTHER_FILES = (home.REQUIREMENTS_LOCK_FILE, "pyproject.toml", "profiles/default/config.yaml")
 
 
 def rebuild(release: Path, root: Path, cores: str) -> Comparison:

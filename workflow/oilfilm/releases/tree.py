@@ -16,7 +16,7 @@ import numpy as np
 from threadpoolctl import threadpool_info
 
 from oilfilm.base import studies
-from oilfilm.base.home import PACKAGE, RUN_LOCK
+from oilfilm.base.home import PACKAGE, REQUIREMENTS_LOCK_FILE
 from oilfilm.releases.manifest import Environment, FileRecord, records_digest
 
 # Configuration is not code: a release has the resolved settings.
@@ -77,7 +77,7 @@ def environment(home: Path) -> Environment:
 
     The kernels are those of this process. Other steps of a run may have had another machine.
     """
-    lock = (home / RUN_LOCK).read_text(encoding="utf-8")
+    lock = (home / REQUIREMENTS_LOCK_FILE).read_text(encoding="utf-8")
     package_names = re.findall(r"^([\w.-]+)==", lock, re.MULTILINE)
     version_by_package = {}
     for package_name in package_names:

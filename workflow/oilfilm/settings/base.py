@@ -13,7 +13,10 @@ T = TypeVar("T")
 
 
 class Group(BaseModel):
-    """A group of declared keys: an unknown key is refused, values are not converted or changed."""
+    """A group of declared keys: an unknown key is refused.
+
+    Values are not changed, except that a whole number becomes a float where one is declared.
+    """
 
     model_config = ConfigDict(
         strict=True,
@@ -51,7 +54,7 @@ def optional(meaning: str, **limits: Any) -> Any:
     return key(meaning, default=None, **limits)
 
 
-def required(value: T | None, key_name: str, owner: str) -> T:
+def required_value(value: T | None, key_name: str, owner: str) -> T:
     """The value of an optional key, where it is needed.
 
     Args:
@@ -82,11 +85,11 @@ class OneOf:
         return literal_schema(list(self.names))
 
 
-def contradiction(key_path: tuple[object, ...], sentence: str) -> PydanticCustomError:
-    """The error for keys that contradict each other.
+def key_error_at(key_path: tuple[object, ...], sentence: str) -> PydanticCustomError:
+    """The error for a key that contradicts others.
 
     Args:
-        key_path: The key to blame, from the group that is validated inwards.
+        key_path: Path of the wrong key, relative to the validated group.
         sentence: What is wrong, and what to do.
     """
     return PydanticCustomError(

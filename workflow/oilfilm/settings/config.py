@@ -9,7 +9,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, OneOf, contradiction, key
+from oilfilm.settings.base import Group, OneOf, key, key_error_at
 from oilfilm.settings.ranges import check_ranges, uncertain_in_all_bearings
 from oilfilm.traction import LAW_NAMES, LAWS, why_compared_only
 
@@ -18,7 +18,7 @@ def _refuse_compared_only(law_name: Any) -> Any:
     """Refuse a law that is compared only, with the reason."""
     reason = why_compared_only(str(law_name))
     if reason:
-        raise contradiction((), f"{reason}. Here one of {', '.join(LAWS)} is expected.")
+        raise key_error_at((), f"{reason}. Here one of {', '.join(LAWS)} is expected.")
     return law_name
 
 

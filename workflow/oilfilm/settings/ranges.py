@@ -4,7 +4,7 @@ Decides: how settings state the range of an uncertain value.
 """
 
 from oilfilm.bearing.inputs import UncertainInput
-from oilfilm.settings.base import Group, contradiction
+from oilfilm.settings.base import Group, key_error_at
 
 _RANGE_SUFFIX = "_range"
 
@@ -48,7 +48,7 @@ def check_ranges(group: Group, *key_path: str) -> None:
         key_name = range_name.removesuffix(_RANGE_SUFFIX)
         value, low, high = with_range(group, key_name)
         if not low <= value <= high:
-            raise contradiction(
+            raise key_error_at(
                 (*key_path, key_name),
                 f"found {value:g}, outside `{range_name}` ({low:g} to {high:g}); change one of the "
                 "two.",

@@ -11,7 +11,7 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
-from oilfilm.settings.base import Group, key, required
+from oilfilm.settings.base import Group, key, required_value
 from oilfilm.settings.campaign import Campaign, Dataset
 from oilfilm.settings.config import ConfigKeys, SplitSettings
 from oilfilm.settings.messages import validated
@@ -125,7 +125,7 @@ class Settings(ConfigKeys):
 
     def tested_bearing(self) -> Bearing:
         """The bearing of the campaign's torque logs."""
-        bearing_name = required(self.campaign.torque, "torque", "the campaign").bearing
+        bearing_name = required_value(self.campaign.torque, "torque", "the campaign").bearing
         return self.bearings[bearing_name].bearing(bearing_name)
 
     def of_study(self, study_name: str, model: type[_GroupT]) -> _GroupT:

@@ -21,7 +21,7 @@ from oilfilm.physics import oils, plausible_oil
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.physics.plausible_oil import STANDARD_RANGE_C
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, contradiction, key, optional, unexpected
+from oilfilm.settings.base import Group, key, key_error_at, optional, unexpected
 from oilfilm.settings.ranges import check_ranges, with_range
 
 # Ranges that rigs usually have: glass; steels, ceramics and hard metals.
@@ -135,7 +135,7 @@ class Rig(Group):
             return self
         for body_name in ("ball", "disc"):
             if getattr(self, body_name) is None:
-                raise contradiction(
+                raise key_error_at(
                     ("ball_radius_m",),
                     f"the key {body_name!r} is missing, which a rig with `ball_radius_m` must "
                     "have.",
@@ -227,7 +227,7 @@ class BallMaterial(Elasticity):
                 f"found {self.density_kg_m3:g} kg/m3, which is not steel, and no key "
                 "'expansion_1_k'; add it (silicon nitride has 3.2e-6)."
             )
-            raise contradiction(("density_kg_m3",), sentence)
+            raise key_error_at(("density_kg_m3",), sentence)
         return self
 
 
@@ -336,7 +336,7 @@ class BearingFile(Group):
     @model_validator(mode="after")
     def _can_be_built(self) -> Self:
         for key_path, sentence in self._impossible_dimensions():
-            raise contradiction(key_path, sentence)
+            raise key_error_at(key_path, sentence)
         return self
 
     def _impossible_dimensions(self) -> Iterator[tuple[tuple[str, ...], str]]:
@@ -564,7 +564,7 @@ class MeasuredViscosity(Group):
                     "the rounding of the viscosities decides the curve. Take rows further apart."
                 )
             if sentence:
-                raise contradiction(("kinematic_viscosity_cst",), sentence)
+                raise key_error_at(("kinematic_viscosity_cst",), sentence)
         return self
 
 
@@ -581,7 +581,7 @@ class PressureViscosity(Group):
     def _has_what_its_rule_needs(self) -> Self:
         for rule, key_name in (("given", "rows"), ("roelands", "z")):
             if (self.rule == rule) != (getattr(self, key_name) is not None):
-                raise contradiction(
+                raise key_error_at(
                     (key_name,),
                     f"`{key_name}` goes with rule: {rule} and with no other; found {self.rule}.",
                 )
@@ -640,13 +640,13 @@ class OilKeys(Group):
     @model_validator(mode="after")
     def _coefficients_give_the_stated_viscosity(self) -> Self:
         for key_path, sentence in self.faults(*STANDARD_RANGE_C):
-            raise contradiction(key_path, sentence)
+            raise key_error_at(key_path, sentence)
         nominal_cst = self.nominal_kinematic_viscosity_100c_cst
         viscosity_cst = float(self.properties().kinematic_viscosity_m2_s(100.0)) * _CST_PER_M2_S
         tolerance = _STAND_IN_TOLERANCE if self.stand_in else _VISCOSITY_TOLERANCE
         # a viscosity that is not a number fails too
         if not abs(viscosity_cst / nominal_cst - 1) <= tolerance:
-            raise contradiction(
+            raise key_error_at(
                 ("coefficients",),
                 f"the coefficients give {viscosity_cst:.3g} cSt at 100 degC, but "
                 f"nominal_kinematic_viscosity_100c_cst is {nominal_cst:g}; expected them within "
@@ -656,7 +656,7 @@ class OilKeys(Group):
         alpha_1_gpa = PA_PER_GPA * alpha_1_pa
         lowest_1_gpa, highest_1_gpa = _PRESSURE_VISCOSITY_RANGE_1_GPA
         if not lowest_1_gpa <= alpha_1_gpa <= highest_1_gpa:
-            raise contradiction(
+            raise key_error_at(
                 ("coefficients",) if self.pressure_viscosity is None else ("pressure_viscosity",),
                 f"the pressure-viscosity coefficient at 40 degC is {alpha_1_gpa:.4g} 1/GPa; "
                 f"expected {lowest_1_gpa} to {highest_1_gpa}, as oils have it. Check the units.",
@@ -767,13 +767,13 @@ class MeasuredOil(OilKeys):
         rows = np.array(sorted(self.coefficients.kinematic_viscosity_cst))
         needed_count = 3 if self.model == "vogel" else 2
         if len(rows) != needed_count:
-            raise contradiction(
+            raise key_error_at(
                 ("coefficients", "kinematic_viscosity_cst"),
                 f"found {len(rows)} viscosities; model: {self.model} needs {needed_count}.",
             )
         temperatures_k, viscosities_cst = rows.T
         if viscosities_cst.min() <= _MIN_VISCOSITY_CST:
-            raise contradiction(
+            raise key_error_at(
                 ("coefficients", "kinematic_viscosity_cst"),
                 f"found {viscosities_cst.min():g} cSt; expected more than {_MIN_VISCOSITY_CST:g}, "
                 "as oils have it. Check the decimal mark and the units.",

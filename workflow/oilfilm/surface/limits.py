@@ -15,14 +15,14 @@ class SurfaceLimits:
             enough.
         largest_spread: Largest standard deviation of ln mu of the surface where there is support.
         fewest_slips: Fewest slips of a curve that show its shape between them.
-        reach_in_gaps: Largest distance from a tested slip where there is support, over the widest
-            gap between tested slips.
+        reach_in_gaps: Largest distance (in scaled slip) from a tested slip, over the typical widest
+            gap of a curve. Half of it applies beyond the first and last slip.
         reach_in_slip: Largest factor between a slip and a tested one where there is support, for
             slips far above 0.02. A curve may turn and fall in a wider gap, whatever the law says.
         reach_in_ranges: Largest distance from the tested conditions where there is support, over
             the tested range of a condition.
-        largest_spread_of_bound: Largest standard deviation of ln mu by a constant at its bound
-            where there is support.
+        largest_spread_of_bound: Largest standard deviation of ln mu that a constant at its bound
+            may contribute.
     """
 
     level: float = 0.95

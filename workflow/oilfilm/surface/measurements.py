@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from oilfilm.base.levels import cluster_indices
+from oilfilm.base.levels import level_indices
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # The slide-roll ratio at which the scaled slip turns from linear to logarithmic.
@@ -86,8 +86,8 @@ def level_numbers(scaled: FloatArray, widths: LevelWidths) -> IndexArray:
         widths: Largest range of the values of one level.
     """
     columns = zip(scaled.T, widths.scaled().tolist(), strict=True)
-    level_of_row = np.column_stack([cluster_indices(column, width) for column, width in columns])
-    # the cluster 0 is that of unknown values
+    level_of_row = np.column_stack([level_indices(column, width) for column, width in columns])
+    # the level 0 is that of unknown values
     return level_of_row - 1
 
 

@@ -4,7 +4,7 @@ Each point of the oils i = 1, 2 has
 
     ln mu_i = law + c -+ r/2 + effects of its run + noise,   r = ln(mu_2 / mu_1)
 
-c is the departure of both oils from one law. r has a constant part that nothing limits, a
+c is the departure of both oils from one law. r has a constant part that is almost free, a
 difference of the constants of the law, and a departure of its own. c and r are independent, so that
 at conditions and slips at which both oils were tested r depends on the difference of their ln mu
 only: c cancels.
@@ -18,7 +18,6 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
-import scipy.sparse
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.effects import LogNormal, RunErrorSizes
@@ -26,12 +25,13 @@ from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.posterior import smooth_covariance
 from oilfilm.surface.reduction import Coordinates, ReducedCurves, SlipWeights
 from oilfilm.surface.reml import (
-    CAUTIOUS,
+    INTERVAL_KAPPA_PRIOR,
     CurveCovariance,
     FoundSizes,
     Sizes,
     most_likely_logarithms,
     priors,
+    with_remainder_and_priors,
 )
 
 # Standard deviation of the constant part of r: a factor of e either way.
@@ -42,9 +42,8 @@ DEPARTURE = LogNormal(0.05, 1.0, 0.005, 1.0)
 LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
 # Where oils differ, the tested conditions show less of it than there is between them: an interval
 # takes a larger departure than the most likely one.
-_CAUTION = 3.0
-_ERROR_SIZES = len(RunErrorSizes().run_and_noise_sizes())
-_NOISE = _ERROR_SIZES - 1
+_KAPPA_FACTOR = 3.0
+_ERROR_SIZE_COUNT = len(RunErrorSizes().run_and_noise_sizes())
 
 
 @dataclass(frozen=True)
@@ -54,13 +53,13 @@ class PairSizes:
     Attributes:
         common_sizes: Sizes of the effects of runs, of the noise and of c, the common departure.
         ratio_sizes: Sizes of r, the ratio, with the same effects and noise.
-        law_difference: Standard deviation of the difference of the constants of the law, over that
-            of a constant in a surface.
+        law_difference_sd: Standard deviation of the difference of the constants of the law, over
+            that of a constant in a surface.
     """
 
     common_sizes: Sizes
     ratio_sizes: Sizes
-    law_difference: float
+    law_difference_sd: float
 
     @classmethod
     def from_logarithms(cls, logarithms: FloatArray) -> "PairSizes":
@@ -68,27 +67,29 @@ class PairSizes:
 
         Args:
             logarithms: Those of `common_sizes` in the order of `size_names`, then those of
-                `ratio_sizes` without effects and noise, then that of `law_difference`.
+                `ratio_sizes` without effects and noise, then that of `law_difference_sd`.
         """
-        end_of_common = (len(logarithms) - 1 + _ERROR_SIZES) // 2
-        ratio_logarithms = np.concatenate([logarithms[:_ERROR_SIZES], logarithms[end_of_common:-1]])
+        end_of_common = (len(logarithms) - 1 + _ERROR_SIZE_COUNT) // 2
+        ratio_logarithms = np.concatenate(
+            [logarithms[:_ERROR_SIZE_COUNT], logarithms[end_of_common:-1]]
+        )
         return cls(
             common_sizes=Sizes.from_logarithms(logarithms[:end_of_common]),
             ratio_sizes=Sizes.from_logarithms(ratio_logarithms),
-            law_difference=float(np.exp(logarithms[-1])),
+            law_difference_sd=float(np.exp(logarithms[-1])),
         )
 
     def with_caution(self) -> "PairSizes":
         """The sizes for intervals, from the most likely ones."""
         departure = self.ratio_sizes.departure_sizes
-        cautious = replace(departure, kappa=_CAUTION * departure.kappa)
+        cautious = replace(departure, kappa=_KAPPA_FACTOR * departure.kappa)
         return replace(self, ratio_sizes=replace(self.ratio_sizes, departure_sizes=cautious))
 
 
 def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:
     """What is known of each size before the data, in the order of `PairSizes`."""
-    ratio_priors = priors(errors, DEPARTURE)[_ERROR_SIZES:]
-    return (*priors(errors, CAUTIOUS), *ratio_priors, LAW_DIFFERENCE)
+    ratio_priors = priors(errors, DEPARTURE)[_ERROR_SIZE_COUNT:]
+    return (*priors(errors, INTERVAL_KAPPA_PRIOR), *ratio_priors, LAW_DIFFERENCE)
 
 
 @dataclass(frozen=True)
@@ -101,13 +102,13 @@ class PairCovariance:
         ratio_covariance: Covariance of r at the same coordinates. Its effects and noise are not
             used.
         half_sign: -1/2 for the first oil and 1/2 for the second, shape (coordinates,).
-        law_difference: See `PairSizes`.
+        law_difference_sd: See `PairSizes`.
     """
 
     common_covariance: CurveCovariance
     ratio_covariance: CurveCovariance
     half_sign: FloatArray
-    law_difference: float
+    law_difference_sd: float
 
     @classmethod
     def from_curves(
@@ -122,9 +123,10 @@ class PairCovariance:
             sizes: The sizes.
         """
         slopes = _slopes_of_ratio(
-            curves.slip_weights_of_coordinates, curves.law_slopes, sizes.law_difference
+            curves.slip_weights_of_coordinates, curves.law_slopes, sizes.law_difference_sd
         )
-        # between two levels the ratio bends by its own size: what laws miss there, both oils share
+        # Count two levels as three: the ratio then gets its own departure between two levels.
+        # `form_bends` covers the misfit that both oils share.
         ratio_box = replace(box, level_counts=np.maximum(box.level_counts, 3))
         return cls(
             common_covariance=CurveCovariance(curves, box, sizes.common_sizes),
@@ -132,7 +134,7 @@ class PairCovariance:
                 replace(curves, law_slopes=slopes), ratio_box, sizes.ratio_sizes
             ),
             half_sign=oil_of_curve[curves.curve_of_coordinate].astype(float) - 0.5,
-            law_difference=sizes.law_difference,
+            law_difference_sd=sizes.law_difference_sd,
         )
 
     @cached_property
@@ -166,11 +168,11 @@ class PairCovariance:
         return covariance_of_common + (oil_index - 0.5) * self.ratio_covariance_at(targets)
 
     def as_ratio(self, targets: Coordinates) -> Coordinates:
-        """The values of r at the points at which the targets are values of ln mu."""
-        slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference)
+        """The same targets, with the law slopes of r."""
+        slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference_sd)
         return replace(targets, law_slopes=slopes)
 
-    def slopes(self, weight: FloatArray) -> FloatArray:
+    def gradient_by_size(self, weight: FloatArray) -> FloatArray:
         """Sum of `weight` times the derivative of the covariance by the logarithm of each size.
 
         The order is that of `PairSizes.from_logarithms`.
@@ -179,10 +181,11 @@ class PairCovariance:
             weight: Symmetric, shape (coordinates, coordinates).
         """
         weight_of_ratio = weight * np.outer(self.half_sign, self.half_sign)
-        ratio_slopes = self.ratio_covariance.slopes(weight_of_ratio)[_ERROR_SIZES:]
-        law_slopes = self.law_difference * self.common_covariance.curves.law_slopes
+        ratio_gradient = self.ratio_covariance.gradient_by_size(weight_of_ratio)
+        law_slopes = self.law_difference_sd * self.common_covariance.curves.law_slopes
         law_slope = 2 * np.sum(law_slopes * (weight_of_ratio @ law_slopes))
-        return np.concatenate([self.common_covariance.slopes(weight), ratio_slopes, [law_slope]])
+        common_gradient = self.common_covariance.gradient_by_size(weight)
+        return np.concatenate([common_gradient, ratio_gradient[_ERROR_SIZE_COUNT:], [law_slope]])
 
 
 def objective(
@@ -203,16 +206,8 @@ def objective(
     inverse = scipy.linalg.cho_solve((factor, True), np.eye(len(factor)))
     weights = inverse @ curves.departure
     value = 0.5 * curves.departure @ weights + np.sum(np.log(np.diag(factor)))
-    gradient = covariance.slopes(inverse - np.outer(weights, weights)) / 2
-
-    scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[_NOISE])
-    value += curves.residual_freedom * logarithms[_NOISE] + scaled_squares / 2
-    gradient[_NOISE] += curves.residual_freedom - scaled_squares
-
-    medians = np.log([prior.median for prior in size_priors])
-    deviations = np.array([prior.ln_sd for prior in size_priors])
-    scores = (logarithms - medians) / deviations
-    return value + np.sum(scores**2) / 2, gradient + scores / deviations
+    gradient = covariance.gradient_by_size(inverse - np.outer(weights, weights)) / 2
+    return with_remainder_and_priors(value, gradient, logarithms, curves, size_priors)
 
 
 def most_likely_pair(
@@ -230,14 +225,14 @@ def most_likely_pair(
 
 
 def _slopes_of_ratio(
-    weights: SlipWeights, law_slopes: FloatArray, law_difference: float
+    weights: SlipWeights, law_slopes: FloatArray, law_difference_sd: float
 ) -> FloatArray:
     """Slopes of r by its constant part and by the constants of the law, shape (rows, slopes).
 
     Args:
         weights: Weight of each slip in each row, shape (rows, slips).
         law_slopes: Slopes of the law at the rows, shape (rows, slopes).
-        law_difference: See `PairSizes`.
+        law_difference_sd: See `PairSizes`.
     """
     constant = weights @ np.full(weights.shape[1], _CONSTANT_SD)
-    return np.column_stack([constant, law_difference * law_slopes])
+    return np.column_stack([constant, law_difference_sd * law_slopes])

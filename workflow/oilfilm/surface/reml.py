@@ -40,7 +40,7 @@ from oilfilm.surface.reduction import ReducedCurves
 MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.
-CAUTIOUS = LogNormal(0.25, 0.7, 0.12, 3.0)
+INTERVAL_KAPPA_PRIOR = LogNormal(0.25, 0.7, 0.12, 3.0)
 # Largest number of steps of the search.
 _ITERATIONS = 300
 # The search ends at a step in which the likelihood rises by less than this, relatively.
@@ -200,7 +200,7 @@ class CurveCovariance:
         covariance[diagonal] += self.sizes.noise**2 + _JITTER * np.mean(covariance[diagonal])
         return covariance
 
-    def slopes(self, weight: FloatArray) -> FloatArray:
+    def gradient_by_size(self, weight: FloatArray) -> FloatArray:
         """Sum of `weight` times the derivative of the covariance by the logarithm of each size.
 
         The order is that of `size_names`, shape (sizes,).
@@ -264,10 +264,29 @@ def objective(
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
     half_log_determinant, inverse = _half_log_determinant_and_inverse(covariance.matrix())
     weights = inverse @ curves.departure
-    value = 0.5 * curves.departure @ weights + half_log_determinant
+    value = float(0.5 * curves.departure @ weights) + half_log_determinant
     inverse -= np.outer(weights, weights)
-    gradient = covariance.slopes(inverse) / 2
+    gradient = covariance.gradient_by_size(inverse) / 2
 
+    return with_remainder_and_priors(value, gradient, logarithms, curves, size_priors)
+
+
+def with_remainder_and_priors(
+    value: float,
+    gradient: FloatArray,
+    logarithms: FloatArray,
+    curves: ReducedCurves,
+    size_priors: tuple[LogNormal, ...],
+) -> tuple[float, FloatArray]:
+    """An objective of the coordinates, and its gradient, with the remainder and the priors added.
+
+    Args:
+        value: Negative logarithm of the restricted likelihood of the coordinates.
+        gradient: Its gradient; it is changed.
+        logarithms: Logarithms of the sizes, which begin in the order of `size_names`.
+        curves: The curves, with the remainder beside the coordinates.
+        size_priors: The priors of the sizes.
+    """
     noise_index = size_names().index("noise")
     scaled_squares = np.sum(curves.remainder**2) / np.exp(2 * logarithms[noise_index])
     value += curves.residual_freedom * logarithms[noise_index] + scaled_squares / 2

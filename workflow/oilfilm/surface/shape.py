@@ -51,7 +51,13 @@ from oilfilm.surface.reduction import (
     is_near_zero,
     reduced_curves,
 )
-from oilfilm.surface.reml import CAUTIOUS, CurveCovariance, Sizes, most_likely_sizes, priors
+from oilfilm.surface.reml import (
+    INTERVAL_KAPPA_PRIOR,
+    CurveCovariance,
+    Sizes,
+    most_likely_sizes,
+    priors,
+)
 from oilfilm.surface.surface import log_mu_of
 from oilfilm.surface.threads import with_one_blas_thread
 from oilfilm.traction.law import Law
@@ -500,7 +506,7 @@ def _first_fit(
     curves = reduced_curves(
         measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
     )
-    logarithms = np.log([prior.median for prior in priors(errors, CAUTIOUS)])
+    logarithms = np.log([prior.median for prior in priors(errors, INTERVAL_KAPPA_PRIOR)])
     return _with_surface(curves, fitted, logarithms, box)
 
 
@@ -519,7 +525,9 @@ def _next_fit(
     law = quick_law(previous.law.law, measurements, largest_zero, previous.law)
     curves = reduced_curves(measurements, law, previous.log_mu, largest_zero, box)
     # a search that did not end gives sizes that are good enough: faults are far beyond the limits
-    most_likely = most_likely_sizes(curves, box, priors(errors, CAUTIOUS), previous.logarithms)
+    most_likely = most_likely_sizes(
+        curves, box, priors(errors, INTERVAL_KAPPA_PRIOR), previous.logarithms
+    )
     return _with_surface(curves, law, most_likely.logarithms, box)
 
 

@@ -27,7 +27,14 @@ from oilfilm.surface.reduction import (
     reduced_curves,
     slopes_of_law,
 )
-from oilfilm.surface.reml import CAUTIOUS, MISFIT, CurveCovariance, Sizes, most_likely_sizes, priors
+from oilfilm.surface.reml import (
+    INTERVAL_KAPPA_PRIOR,
+    MISFIT,
+    CurveCovariance,
+    Sizes,
+    most_likely_sizes,
+    priors,
+)
 from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_count
 from oilfilm.surface.support import SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
@@ -370,12 +377,12 @@ def most_likely_surface(
     box = box_of(ordered)
     sample = _sample(ordered)
     first_curves = _clear_curves(sample, law, errors, box)
-    first = most_likely_sizes(first_curves, box, priors(errors, CAUTIOUS))
+    first = most_likely_sizes(first_curves, box, priors(errors, INTERVAL_KAPPA_PRIOR))
     log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
     curves = reduced_curves(sample, law, log_mu, zero_sd, box)
     misfit_sizes = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
     tells_rigs_apart = sample.rig_count > 1
-    cautious_priors = priors(errors, CAUTIOUS, tells_rigs_apart=tells_rigs_apart)
+    cautious_priors = priors(errors, INTERVAL_KAPPA_PRIOR, tells_rigs_apart=tells_rigs_apart)
     start = np.append(
         first.logarithms, np.log([errors.rig_gain.median] if tells_rigs_apart else [])
     )

@@ -16,7 +16,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import AfterValidator, model_validator
 
-from oilfilm.settings.base import Group, OneOf, contradiction, optional
+from oilfilm.settings.base import Group, OneOf, key_error_at, optional
 from oilfilm.settings.base import key as yaml_key
 from oilfilm.settings.quantities import Filled, Levels, Text
 
@@ -75,9 +75,9 @@ class ColumnEntry(Limits):
     @model_validator(mode="after")
     def _only_numbers_have_units(self) -> Self:
         if self.type == "number" and self.unit is None:
-            raise contradiction(("unit",), "is missing; a number has a unit, or '1'.")
+            raise key_error_at(("unit",), "is missing; a number has a unit, or '1'.")
         if self.type != "number" and self.unit is not None:
-            raise contradiction(("unit",), f"a column of type {self.type} has no unit; remove it.")
+            raise key_error_at(("unit",), f"a column of type {self.type} has no unit; remove it.")
         return self
 
 

@@ -25,7 +25,7 @@ from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.physics.contact import Contact, Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -378,7 +378,7 @@ def oils_in_bearings(
     return oils
 
 
-def oils_of_results(results: CampaignTables, settings: Settings) -> list[OilInBearing]:
+def oils_with_uncertainty(results: CampaignTables, settings: Settings) -> list[OilInBearing]:
     """The oils of a finished campaign with everything that their uncertainty is made of.
 
     Args:
@@ -715,7 +715,7 @@ def _density_kg_m3(oils: Sequence[OilInBearing], points: pd.DataFrame) -> FloatA
 
 def _calibration_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> FloatArray:
     """Standard uncertainty of the measured torque by offset and gain of the sensor."""
-    calibration = required(settings.campaign.torque, "torque", "the campaign").calibration
+    calibration = required_value(settings.campaign.torque, "torque", "the campaign").calibration
     gain_n_m = calibration.torque_relative * plateaus["measured_torque_n_m"].to_numpy()
     return np.hypot(calibration.torque_n_m, gain_n_m)
 

@@ -19,7 +19,7 @@ from oilfilm.bearing.geometry import Bearing, OilSupply
 from oilfilm.bearing.inputs import Inputs
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
-from oilfilm.settings.base import required
+from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
 from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
 from oilfilm.torque.best_oil import best_oil_table
@@ -158,7 +158,7 @@ def heat_balance_table(
     Returns:
         The table `heat_balance`; empty if the oil flow is not known.
     """
-    torque_test = required(settings.campaign.torque, "torque", "the campaign")
+    torque_test = required_value(settings.campaign.torque, "torque", "the campaign")
     oil_supply = settings.bearings[torque_test.bearing].oil_supply
     if oil_supply is None or not oils:
         return tables.empty("heat_balance")

@@ -37,7 +37,7 @@ from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.torque.answers import DUTY_COLUMNS, Budget, budgets, duty_points
-from oilfilm.torque.bearing_torque import OilInBearing, oils_of_results, stacked
+from oilfilm.torque.bearing_torque import OilInBearing, oils_with_uncertainty, stacked
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
 from oilfilm.torque.operating_grid import Film, Grid
 from oilfilm.torque.wanted_quantities import (
@@ -289,9 +289,9 @@ def _oil_in_bearing(results: CampaignTables, settings: Settings, oil_name: str) 
     Raises:
         OilfilmError: The law cannot be used in a bearing.
     """
-    for oil_of_results in oils_of_results(results, settings):
-        if oil_of_results.name == oil_name:
-            return oil_of_results
+    for oil_in_bearing in oils_with_uncertainty(results, settings):
+        if oil_in_bearing.name == oil_name:
+            return oil_in_bearing
     raise OilfilmError(
         f"{oil_name}: the rigs of the campaign have different contacts, so that its law cannot "
         "be used in a bearing. Plan for traction, or for a campaign of one rig."
