@@ -111,7 +111,7 @@ def test_a_pair_is_judged_by_what_both_oils_need_and_assume(config: Settings) ->
         # root mean square of 1 and 7
         assert assumptions.error_sizes.gain.median == pytest.approx(5 * usual_gain.median)
         assert set(assumptions.usual_error_names) == {"zero", "noise"}
-    assert assumptions_of_pair(one, one).errors == RunErrorSizes()
+    assert assumptions_of_pair(one, one).error_sizes == RunErrorSizes()
 
 
 def test_few_common_conditions_give_no_ratio() -> None:
