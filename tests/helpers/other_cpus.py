@@ -109,6 +109,8 @@ _OVER_ENTRAINMENT = {
     *("largest_slide_roll_ratio", "inner_mean_slide_roll_ratio", "outer_mean_slide_roll_ratio"),
     *("inner_slide_roll_ratio", "lambda_ratio"),
 }
+# The numbers of this claim are standard errors of constants.
+_CLAIM_ON_ERRORS = "uniquely-determined"
 # What would be zero without rounding, beside 1. The verdict beside it is compared exactly.
 _RESIDUES = {
     *("sse_spread", "gradient_cosine", "relative_error"),
@@ -193,6 +195,9 @@ def _tolerance(frame: pd.DataFrame, column: str) -> pd.Series:
         return pd.Series(_RELATIVE, frame.index)
     if column in _IN_STANDARD_ERRORS:
         return pd.Series(KERNEL_CHANGE, frame.index)
+    if "claim" in frame and column in ("value", "worst_value"):
+        is_error = frame["claim"] == _CLAIM_ON_ERRORS
+        return size * np.where(is_error, KERNEL_CHANGE, _RELATIVE)
     errors = [f"{re.sub('_(lower|upper)$', '', column)}{end}" for end in ("_se", "_uncertainty")]
     if "constant" in frame:
         errors.append("standard_error")
