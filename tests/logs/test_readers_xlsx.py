@@ -157,6 +157,8 @@ _UNITS = ["s", "N", "N", "m/s", "%", "degC"]
         ([["Humidity", None, None, None, "45 %"]], "slide_roll_ratio (1)", []),
         ([["Air", "dry", "at", "a humidity of", "45 %"]], "slide_roll_ratio (1)", []),
         ([["Load", 20, "at", "humidity", "45 %"]], "slide_roll_ratio (1)", []),
+        # as many words as there are names
+        ([["Air", "dry", "at", "a humidity", "45 %", "here"]], "slide_roll_ratio (1)", []),
         # the name or the unit has it, below a note or above one
         ([["Humidity", None, None, None, "45"]], "slide_roll_ratio (%)", []),
         ([], "slide_roll_ratio", [_UNITS]),
@@ -189,6 +191,8 @@ def test_percent_sign_counts_in_names_and_units_only(
         ["10:15:07", "NaN", "NaN", "NaN", "NaN", "NaN"],
         ["#N/A", "#N/A", "#N/A", "#N/A", "#N/A", "#N/A"],
         ["break", None, None, None, "lamp off"],
+        ["Step 2", "Load 20 N", "Temp 40 C"],
+        ["Step 2", "Load 20 N", "Temp 40 C", "dry", "clean", "late"],
     ],
 )
 def test_text_between_rows_of_numbers_names_no_column(row_between: list[str | None]) -> None:

@@ -60,7 +60,7 @@ def _index_of_names(cells_of_lines: Sequence[Sequence[str]], first_row_index: in
             break
         if sum(map(bool, cells)) <= cell_count / 2:
             continue
-        if line_of_units is not None or not _is_line_of_units(cells):
+        if line_of_units is not None or not is_line_of_units(cells):
             return line_index
         line_of_units = line_index
     return line_of_units
@@ -70,7 +70,7 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in line.rstrip("\r\n").split(delimiter)]
 
 
-def _is_line_of_units(cells: Sequence[str]) -> bool:
+def is_line_of_units(cells: Sequence[str]) -> bool:
     """Whether most filled cells are units, with or without brackets."""
     filled_cells = [cell for cell in cells if cell]
     unit_cells = [

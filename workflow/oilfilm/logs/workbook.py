@@ -10,7 +10,7 @@ import datetime
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator, Sequence, Set
+from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import closing, suppress
 from functools import lru_cache
 from typing import IO, Any
@@ -18,6 +18,7 @@ from xml.parsers import expat
 
 from oilfilm.logs import base, delimited_text
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError
+from oilfilm.logs.likely_names import is_line_of_units
 from oilfilm.logs.log_kind import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
@@ -32,6 +33,12 @@ LAST_ROW = 1_048_576
 MOST_CELLS = 10_000_000
 _CHUNK_BYTES = 1 << 20
 _HAS_LETTER = re.compile(r"[^\W\d_]")
+# Fewest numbers of a row of numbers. A line of a title may have one, as `Load | 20 | N`.
+_FEWEST_NUMBERS = 2
+# Rows of texts above numbers that are kept.
+_MOST_TEXT_ROWS = 20
+_ONLY_PERCENT = re.compile(r"[\s\[(]*%[\s\])]*")
+_NUMBER_ALONE = re.compile(r"(?<!\S)\d+([.,]\d+)?(?!\S)")
 # Texts in quotes, a letter behind a backslash or behind the marks for gaps and filling, and colours
 # and languages in square brackets.
 _TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
@@ -165,8 +172,9 @@ def check_letter_count(letter_count: int) -> None:
 class PercentColumns:
     """The columns of a sheet whose name or unit has a percent sign, while its rows are read.
 
-    Names and units are in the rows of texts right above a row of numbers. The names are in the row
-    with most words, the units in those below it. A percent sign in any other row is in a note.
+    Names and units are in the rows of texts right above a row of numbers. A percent sign in any
+    other row is in a note. Below rows of numbers the marks stay, unless a row has the names of all
+    columns of numbers.
 
     Attributes:
         in_percent: Indices of these columns at the last row that was added.
@@ -174,32 +182,79 @@ class PercentColumns:
 
     def __init__(self) -> None:
         self.in_percent: Set[int] = frozenset()
-        self._has_names = False
-        # of the rows of texts since the last row of numbers
-        self._word_count_of_names = 0
-        self._marked_columns: Set[int] = frozenset()
+        # columns with numbers below the last names
+        self._number_columns: Set[int] = frozenset()
+        # texts by column, of the rows of texts since the last row of numbers
+        self._text_rows: list[Mapping[int, str]] = []
 
     def add_row(self, cells: Sequence[tuple[Any, bool]]) -> None:
         """Add the next row: the value of each cell, and whether the sheet shows it in percent."""
-        texts = {index: value for index, (value, _) in enumerate(cells) if isinstance(value, str)}
-        number_count = sum(_is_number(value, is_in_percent) for value, is_in_percent in cells)
-        if number_count:
-            # a note between rows of numbers has fewer words than there are columns
-            fewest_words = number_count / 2 if self._has_names else 0
-            if self._word_count_of_names > fewest_words:
-                self.in_percent = self._marked_columns
-                self._has_names = True
-            self._word_count_of_names = 0
-            self._marked_columns = frozenset()
+        number_columns = {
+            index
+            for index, (value, is_in_percent) in enumerate(cells)
+            if _is_number(value, is_in_percent)
+        }
+        if not number_columns:
+            texts = {
+                index: value for index, (value, _) in enumerate(cells) if isinstance(value, str)
+            }
+            self._text_rows = [*self._text_rows[-_MOST_TEXT_ROWS:], texts]
             return
-        marked_columns = {index for index, text in texts.items() if "%" in text}
-        # texts in place of numbers, as `NaN` in all cells, are no names: these are distinct
-        word_count = len({text for text in texts.values() if _HAS_LETTER.search(text)})
-        if word_count > self._word_count_of_names:
-            self._word_count_of_names = word_count
-            self._marked_columns = marked_columns
-        else:
-            self._marked_columns |= marked_columns
+        if len(number_columns) < _FEWEST_NUMBERS:
+            return
+        index_of_names = self._index_of_names(number_columns)
+        if index_of_names is not None:
+            self.in_percent = _marked_columns(self._text_rows[index_of_names:])
+            self._number_columns = frozenset()
+        self._number_columns |= number_columns
+        self._text_rows = []
+
+    def _index_of_names(self, number_columns: Set[int]) -> int | None:
+        """Index of the row of names among the rows of texts; None where there is none.
+
+        Args:
+            number_columns: Columns with numbers in the row below.
+        """
+        is_first_table = not self._number_columns
+        for index in reversed(range(len(self._text_rows))):
+            texts = self._text_rows[index]
+            if is_line_of_units(list(texts.values())):
+                continue
+            if is_first_table and number_columns <= texts.keys():
+                return index
+            if not is_first_table and _names_all(texts, self._number_columns):
+                return index
+        if not is_first_table or not self._text_rows:
+            return None
+        # some columns have no name
+        word_counts = [_word_count(texts) for texts in self._text_rows]
+        return word_counts.index(max(word_counts))
+
+
+def _marked_columns(rows_from_names: Sequence[Mapping[int, str]]) -> Set[int]:
+    """Columns with a percent sign in the row of names, in rows of units or as a unit alone."""
+    names, *rows_below = rows_from_names
+    marked_columns = {index for index, text in names.items() if "%" in text}
+    for texts in rows_below:
+        has_units = is_line_of_units(list(texts.values()))
+        for index, text in texts.items():
+            if _ONLY_PERCENT.fullmatch(text) or (has_units and "%" in text):
+                marked_columns.add(index)
+    return marked_columns
+
+
+def _word_count(texts: Mapping[int, str]) -> int:
+    """Number of different texts with letters: `NaN` in all cells is no row of names."""
+    return len({text for text in texts.values() if _HAS_LETTER.search(text)})
+
+
+def _names_all(texts: Mapping[int, str], number_columns: Set[int]) -> bool:
+    """Whether a row of texts names all columns of numbers; a note, as `Load 20 N`, has numbers."""
+    return (
+        number_columns <= texts.keys()
+        and _word_count(texts) > 1
+        and not any(_NUMBER_ALONE.search(text) for text in texts.values())
+    )
 
 
 def _is_number(value: Any, is_in_percent: bool) -> bool:
