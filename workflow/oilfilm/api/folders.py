@@ -24,5 +24,8 @@ def project_folder(config_option: Path | None) -> Path:
     """
     if not config_option:
         return Path()
-    # the paths `.` and `..` have the parent `.`; `resolve` would follow the link
-    return Path(os.path.abspath(config_option)).parent  # noqa: PTH100
+    # the path `.` has no name, and `..` is no name: both have the parent `.`
+    if config_option.name in ("", ".."):
+        # `resolve` would follow a link
+        return Path(os.path.abspath(config_option)).parent  # noqa: PTH100
+    return config_option.parent

@@ -146,8 +146,8 @@ def html_report(
 
 
 def _names_of_users(results: CampaignTables, settings: Settings) -> set[str]:
-    """Names of logs, runs, oils, rigs and bearings."""
-    names = {settings.campaign.name, *settings.oils, *settings.rigs}
+    """Names of the campaign, of logs, runs, oils, rigs and bearings."""
+    names = {settings.campaign.name, *settings.oils, *settings.rigs, *settings.bearings}
     for table_name, columns in _COLUMNS_OF_NAMES.items():
         names.update(results.table(table_name, columns).to_numpy().ravel())
     return names
