@@ -19,6 +19,7 @@ from oilfilm.api.table_fit import (
     StatedByUser,
     read_mu_table,
 )
+from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
     DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
@@ -419,6 +420,57 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
     points = read_mu_table(table, StatedByUser(stated_columns(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])
+
+
+def table_with(columns: dict[str, float], quantity: str) -> pd.DataFrame:
+    """The true table with other columns in place of that of a quantity."""
+    return TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[quantity]).assign(**columns)
+
+
+def with_row_of_units(folder: Path, table: pd.DataFrame) -> Path:
+    """A file of a table whose units are in a row of their own below the names."""
+    names_and_units = [split_unit(str(name)) for name in table.columns]
+    lines = [";".join(name for name, _ in names_and_units)]
+    lines.append(";".join(unit for _, unit in names_and_units))
+    path = folder / "table.csv"
+    path.write_text("\n".join(lines) + "\n" + table.to_csv(sep=";", index=False, header=False))
+    return path
+
+
+def lines_to_paste(message: str) -> list[str]:
+    """The texts of `--columns` that a message offers."""
+    return [part.partition('"')[0] for part in message.split('--columns "')[1:]]
+
+
+@pytest.mark.parametrize("has_row_of_units", [False, True])
+@pytest.mark.parametrize(
+    ("columns", "quantity"),
+    [
+        ({"Load [N]": 20.0, "Load [kN]": 0.05}, PRESSURE),
+        ({"Temp [°C]": 40.0, "Temp [K]": 313.15}, TEMPERATURE),
+        ({"Mean speed [m/s]": 2.0, "Mean speed [mm/s]": 2000.0}, SPEED),
+    ],
+)
+def test_each_advice_answers_the_message(
+    tmp_path: Path, columns: dict[str, float], quantity: str, has_row_of_units: bool
+) -> None:
+    table: pd.DataFrame | Path = table_with(columns, quantity)
+    if has_row_of_units:
+        table = with_row_of_units(tmp_path, table)
+    with pytest.raises(oilfilm.OilfilmError, match="could both be") as asked:
+        read_mu_table(table)
+    lines = lines_to_paste(str(asked.value))
+    assert len(lines) == 2
+    for line in lines:
+        read_mu_table(table, StatedByUser(stated_columns(line)))
+
+
+def test_advice_on_a_symbol_has_the_whole_symbol() -> None:
+    """`F_n` is a symbol without a unit, not F in newtons."""
+    table = table_with({"F_n": 20.0}, PRESSURE)
+    with pytest.raises(oilfilm.OilfilmError, match="has no unit") as asked:
+        read_mu_table(table)
+    assert lines_to_paste(str(asked.value)) == ["load=F_n [N]", "nothing=F_n"]
 
 
 @pytest.mark.parametrize(

@@ -307,7 +307,9 @@ def chosen_columns(
             column for column, rank in zip(candidates, ranks, strict=True) if rank == best_rank
         ]
         if len(best_columns) > 1:
-            names_of_best = " and ".join(repr(column.name) for column in best_columns)
+            names_of_best = " and ".join(
+                repr(_whole_name(column.name, column.meaning.unit)) for column in best_columns
+            )
             raise ColumnsError(
                 f"the columns {names_of_best} could both be the {quantity.replace('_', ' ')}.",
                 _line_to_paste(best_columns[0]),
@@ -343,27 +345,40 @@ def _rank_of_column(column: TableColumn) -> int:
 def _line_to_paste(column: TableColumn) -> str:
     """The line that states what a column is."""
     meaning = column.meaning
-    bare_name, unit_of_name = stated_unit(column.name)
     usual_unit = (
         "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
     )
-    unit = meaning.unit or unit_of_name or usual_unit
-    unit_in_brackets = "" if unit == "1" else f" [{unit}]"
+    likely_unit = meaning.unit or usual_unit
+    whole_name = _whole_name(column.name, "" if likely_unit == "1" else likely_unit)
     definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ())
     definition_part = f", {meaning.definition or definitions[0]}" if definitions else ""
-    line = f'--columns "{meaning.quantity}={bare_name}{unit_in_brackets}{definition_part}"'
+    line = f'--columns "{meaning.quantity}={whole_name}{definition_part}"'
     if len(definitions) > 1 and not meaning.definition:
         other_definitions = " or ".join(definitions[1:])
         return (
             f"State which: {line}; {other_definitions} in place of {definitions[0]}; "
-            f"{_line_for_no_quantity(bare_name)}."
+            f"{_line_for_no_quantity(column)}."
         )
-    return f"State it: {line}; {_line_for_no_quantity(bare_name)}."
+    return f"State it: {line}; {_line_for_no_quantity(column)}."
 
 
-def _line_for_no_quantity(name: str) -> str:
+def _line_for_no_quantity(column: TableColumn) -> str:
     """How to say that a column is none of the quantities."""
-    return f'--columns "{NOTHING}={name}" if it is something else'
+    whole_name = _whole_name(column.name, column.meaning.unit)
+    return f'--columns "{NOTHING}={whole_name}" if it is something else'
+
+
+def _whole_name(column_name: str, unit: str) -> str:
+    """A name with its unit: as it is where it states one, else with the unit in brackets."""
+    if not unit or _unit_in_name(column_name):
+        return column_name
+    return f"{column_name} [{unit}]"
+
+
+def _unit_in_name(column_name: str) -> str:
+    """The unit that a name states; empty where it states none, as the symbol `F_n`."""
+    meaning = meaning_of(column_name)
+    return stated_unit(column_name)[1] if meaning is None else meaning.unit
 
 
 # ---------------------------------------------------------------- what the numbers say
@@ -554,8 +569,7 @@ def _slide_roll_ratio(
                 f"it goes up to {largest_number:g} and has no unit: it may be a ratio or in %"
             )
             column_in_doubt = replace(column, meaning=replace(meaning, question=question))
-            bare_name, _ = stated_unit(column.name)
-            line = f'--columns "slide_roll_ratio={bare_name} [%], {meaning.definition}"'
+            line = f'--columns "slide_roll_ratio={column.name} [%], {meaning.definition}"'
             sentence = _question_error(column_in_doubt).sentence
             raise ColumnsError(sentence, f"State it: {line}, or [1] for a ratio.")
     ratio = over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
