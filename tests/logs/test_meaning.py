@@ -263,6 +263,22 @@ def test_unit_beside_a_name_tells_columns_apart(names: list[str], units: list[st
     assert (index, meaning.unit) == (1, "kN")
 
 
+@pytest.mark.parametrize(
+    ("names", "units", "stated", "expected_index"),
+    [
+        (["Temp [K]", "Temp [°C]"], ["", ""], "inlet_temperature=Temp [degC]", 1),
+        (["Temp", "Temp"], ["K", "°C"], "inlet_temperature=Temp [degC]", 1),
+        (["Pressure [MPa]", "Pressure [GPa]"], ["", ""], "nothing=Pressure [N/mm2]", 0),
+        # of two spellings of one unit that of the user counts
+        (["Temp", "Temp"], ["degC", "°C"], "inlet_temperature=Temp [°C]", 1),
+    ],
+)
+def test_units_of_columns_are_compared_by_meaning(
+    names: list[str], units: list[str], stated: str, expected_index: int
+) -> None:
+    assert list(stated_meaning_by_index(names, units, stated_columns(stated))) == [expected_index]
+
+
 def test_unit_of_the_user_replaces_that_of_the_only_column_of_the_name() -> None:
     table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE]).assign(**{"Load [N]": 0.05})
     np.testing.assert_allclose(with_stated(table, "load=Load [kN]")["load_n"], 50.0)

@@ -7,6 +7,7 @@ Decides: which of several columns is taken, which numbers decide a definition or
 two columns contradict each other.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -45,6 +46,12 @@ _MAXIMUM_OVER_MEAN = 1.5
 _MAX_PRESSURE_GPA = 5.0
 # Numbers below this may be pressures in GPa that are in the column of a speed in m/s.
 _MAX_SWAPPED_SPEED_M_S = 5.0
+# Units to which those of columns are converted to compare them. Units of time are none: `(min)` and
+# `(h)` are words of names, too.
+_UNITS_OF_TABLES = (
+    *dict.fromkeys(unit for unit in UNIT_BY_QUANTITY.values() if unit != "s"),
+    "rpm",
+)
 # The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
@@ -247,15 +254,32 @@ def _indices_of_name(
     ]
     if len(indices) < 2:
         return indices
-    unit_by_index = {
-        index: units[index] or stated_unit(column_names[index])[1] for index in indices
-    }
-    # the user may give a column its unit
-    for likely_unit in (unit, ""):
-        with_unit = [index for index in indices if unit_by_index[index] == likely_unit]
-        if len(with_unit) == 1:
-            return with_unit
+    unit_by_index = {index: units[index] or _unit_in_name(column_names[index]) for index in indices}
+    indices_by_likelihood = (
+        [index for index in indices if unit_by_index[index] == unit],
+        [index for index in indices if _is_same_unit(unit_by_index[index], unit)],
+        # the user may give a column its unit
+        [index for index in indices if not unit_by_index[index]],
+    )
+    for likely_indices in indices_by_likelihood:
+        if len(likely_indices) == 1:
+            return likely_indices
     return indices
+
+
+def _is_same_unit(unit: str, other_unit: str) -> bool:
+    """Whether two units are one by factor and offset, as degC and °C."""
+    if unit == other_unit:
+        return True
+    to_common_unit = possible_conversion(unit, _UNITS_OF_TABLES)
+    other_to_common_unit = possible_conversion(other_unit, _UNITS_OF_TABLES)
+    if to_common_unit is None or other_to_common_unit is None:
+        return False
+    return (
+        to_common_unit.unit == other_to_common_unit.unit
+        and math.isclose(to_common_unit.scale, other_to_common_unit.scale)
+        and math.isclose(to_common_unit.offset, other_to_common_unit.offset, abs_tol=1e-9)
+    )
 
 
 _EXPECTED_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
