@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean, stated_columns, stated_meaning_by_index
+from oilfilm.api.mu_columns import ColumnsError, over_mean, stated_columns, stated_meaning_by_index
 from oilfilm.api.table_fit import (
     MU,
     PRESSURE,
@@ -289,6 +289,42 @@ def test_column_that_is_stated_twice_is_refused(second: str) -> None:
     table = TRUTH.rename(columns={**PLAIN, SPEED: "v [m/s]"})
     with pytest.raises(oilfilm.OilfilmError, match="ball_speed and disc_speed"):
         with_stated(table, f"ball_speed=v; disc_speed={second}")
+
+
+def test_column_that_is_stated_twice_as_the_same_is_named_once() -> None:
+    table = table_with({"Load [N]": 20.0}, PRESSURE)
+    with pytest.raises(oilfilm.OilfilmError, match=r"states 'Load \[N\]' twice"):
+        with_stated(table, "load=Load [N];load=Load [N]")
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        (["Load", "Load"], ["", ""]),
+        (["Load [N]", "Load [N]"], ["", ""]),
+        (["Load", "Load"], ["N", "N"]),
+        # none of the first two is taken for lack of a third
+        (["Load [N]", "Load [N]", "Load"], ["", "", ""]),
+    ],
+)
+def test_columns_that_no_name_tells_apart_must_be_renamed(
+    names: list[str], units: list[str]
+) -> None:
+    with pytest.raises(ColumnsError, match="Rename one of") as asked:
+        stated_meaning_by_index(names, units, stated_columns("load=Load [N]"))
+    assert "Write the name" not in str(asked.value)
+
+
+def test_message_has_the_units_of_a_row_of_units() -> None:
+    with pytest.raises(ColumnsError, match=r"'Load \[N\]' and 'Load \[kN\]'. Write the name"):
+        stated_meaning_by_index(["Load", "Load"], ["N", "kN"], stated_columns("load=Load"))
+
+
+def test_question_on_columns_of_one_name_advises_to_rename() -> None:
+    table = table_with({"Load": 20.0, "Load 2": 20.0}, PRESSURE)
+    table.columns = ["Load" if name == "Load 2" else name for name in table.columns]
+    with pytest.raises(oilfilm.OilfilmError, match=r"could both be the load. Rename one of"):
+        read_mu_table(table)
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,8 @@ _UNITS_OF_TABLES = (
     *dict.fromkeys(unit for unit in UNIT_BY_QUANTITY.values() if unit != "s"),
     "rpm",
 )
+# Advice on columns that have the same name and unit: no line of the user tells them apart.
+_RENAME = "Rename one of the columns in the table."
 # The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
@@ -194,7 +196,11 @@ def stated_meaning_by_index(
     for column in stated:
         index, meaning = _index_and_meaning(column, column_names, units)
         if index in stated_by_index:
-            quantities = f"{stated_by_index[index].quantity} and {column.quantity}"
+            first_quantity = stated_by_index[index].quantity
+            if first_quantity == column.quantity:
+                whole_name = _whole_name(column_names[index], units[index])
+                raise ColumnsError(f"--columns states {whole_name!r} twice.", "State it once.")
+            quantities = f"{first_quantity} and {column.quantity}"
             raise ColumnsError(
                 f"--columns says of {column_names[index]!r} that it is {quantities}.",
                 "State one of them.",
@@ -215,10 +221,12 @@ def _index_and_meaning(
     for name, meaning in column.readings:
         indices = _indices_of_name(name, meaning.unit, column_names, units)
         if len(indices) > 1:
-            names_found = " and ".join(repr(column_names[index]) for index in indices)
+            names = [_whole_name(column_names[index], units[index]) for index in indices]
             raise ColumnsError(
-                f"--columns names {column.text!r}, which may be {names_found}.",
-                "Write the name with its unit, as the table has it.",
+                f"--columns names {column.text!r}, which may be {' and '.join(map(repr, names))}.",
+                _RENAME
+                if len(set(names)) < len(names)
+                else "Write the name with its unit, as the table has it.",
             )
         if indices:
             return indices[0], meaning
@@ -237,7 +245,7 @@ def _missing_column_error(text: str, column_names: Sequence[str]) -> ColumnsErro
 def _indices_of_name(
     name: str, unit: str, column_names: Sequence[str], units: Sequence[str]
 ) -> list[int]:
-    """Indices of the columns with a name; with the unit, where several have the name.
+    """Indices of the columns with a name; of several, those that most likely are meant by the unit.
 
     Args:
         name: The name, or the name without its unit.
@@ -261,10 +269,7 @@ def _indices_of_name(
         # the user may give a column its unit
         [index for index in indices if not unit_by_index[index]],
     )
-    for likely_indices in indices_by_likelihood:
-        if len(likely_indices) == 1:
-            return likely_indices
-    return indices
+    return next(filter(None, indices_by_likelihood), indices)
 
 
 def _is_same_unit(unit: str, other_unit: str) -> bool:
@@ -331,12 +336,11 @@ def chosen_columns(
             column for column, rank in zip(candidates, ranks, strict=True) if rank == best_rank
         ]
         if len(best_columns) > 1:
-            names_of_best = " and ".join(
-                repr(_whole_name(column.name, column.meaning.unit)) for column in best_columns
-            )
+            names = [_whole_name(column.name, column.meaning.unit) for column in best_columns]
             raise ColumnsError(
-                f"the columns {names_of_best} could both be the {quantity.replace('_', ' ')}.",
-                _line_to_paste(best_columns[0]),
+                f"the columns {' and '.join(map(repr, names))} could both be the "
+                f"{quantity.replace('_', ' ')}.",
+                _RENAME if len(set(names)) < len(names) else _line_to_paste(best_columns[0]),
             )
         column_by_quantity[quantity] = best_columns[0]
         names_not_taken = [
