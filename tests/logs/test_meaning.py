@@ -279,9 +279,51 @@ def test_units_of_columns_are_compared_by_meaning(
     assert list(stated_meaning_by_index(names, units, stated_columns(stated))) == [expected_index]
 
 
-def test_unit_of_the_user_replaces_that_of_the_only_column_of_the_name() -> None:
-    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE]).assign(**{"Load [N]": 0.05})
-    np.testing.assert_allclose(with_stated(table, "load=Load [kN]")["load_n"], 50.0)
+@pytest.mark.parametrize(
+    ("name", "unit_beside", "stated"),
+    [
+        ("Load [N]", "", "load=Load [kN]"),
+        ("Load", "N", "load=Load [kN]"),
+        ("load_n", "", "load=load_n [kN]"),
+        ("Temp [°C]", "", "inlet_temperature=Temp [K]"),
+        ("ball speed [rpm]", "", "ball_speed=ball speed [m/s]"),
+        ("Load [GPa]", "", "load=Load [N]"),
+        ("Load [N]", "", "nothing=Load [kN]"),
+    ],
+)
+def test_unit_of_the_user_that_contradicts_the_table_is_refused(
+    name: str, unit_beside: str, stated: str
+) -> None:
+    """20 N would silently become 20 000 N."""
+    unit_of_table = unit_beside or stated_unit(name)[1]
+    unit_of_user = split_unit(stated)[1]
+    with pytest.raises(ColumnsError, match="has the unit") as asked:
+        stated_meaning_by_index([name], [unit_beside], stated_columns(stated))
+    assert repr(unit_of_table) in asked.value.sentence
+    assert repr(unit_of_user) in asked.value.sentence
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_beside", "stated"),
+    [
+        ("Temp [°C]", "", "inlet_temperature=Temp [degC]"),
+        ("Temp", "°C", "inlet_temperature=Temp [degC]"),
+        ("Load", "", "load=Load [kN]"),
+        # a symbol
+        ("F_n", "", "load=F_n [kN]"),
+        # no units, but words
+        ("Speed (drive)", "", "entrainment_speed=Speed (drive) [m/s]"),
+        ("Speed (min)", "", "entrainment_speed=Speed (min) [m/s]"),
+        ("rev speed", "", "ball_speed=rev speed [m/s]"),
+        # not known: only the user can say it
+        ("Load [kp?]", "", "load=Load [kgf]"),
+    ],
+)
+def test_unit_of_the_user_counts_where_the_table_has_no_other(
+    name: str, unit_beside: str, stated: str
+) -> None:
+    (meaning,) = stated_meaning_by_index([name], [unit_beside], stated_columns(stated)).values()
+    assert meaning.unit == split_unit(stated)[1]
 
 
 @pytest.mark.parametrize("second", ["v", "v [m/s]"])

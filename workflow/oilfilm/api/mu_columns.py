@@ -22,6 +22,7 @@ from oilfilm.logs.meaning import (
     DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
     Meaning,
+    is_unit_of,
     meaning_of,
     rank_of,
     stated_unit,
@@ -353,8 +354,13 @@ def chosen_columns(
 
 
 def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: str) -> Meaning:
-    """What the user says of a column, completed by unit and definition from its name."""
-    unit = stated_meaning.unit or unit_beside or stated_unit(column_name)[1]
+    """What the user says of a column, completed by unit and definition from its name.
+
+    Raises:
+        ColumnsError: The unit of the user contradicts that of the table.
+    """
+    _refuse_other_unit(stated_meaning, column_name, unit_beside)
+    unit = stated_meaning.unit or unit_beside or _unit_in_name(column_name)
     definition = stated_meaning.definition
     definitions = DEFINITIONS_OF_QUANTITY.get(stated_meaning.quantity, ())
     if not definition and definitions:
@@ -363,6 +369,30 @@ def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: s
         if likely_meaning is not None and likely_meaning.quantity == stated_meaning.quantity:
             definition = likely_meaning.definition or definition
     return replace(stated_meaning, unit=unit, definition=definition)
+
+
+def _refuse_other_unit(stated_meaning: Meaning, column_name: str, unit_beside: str) -> None:
+    """Refuse a unit of the user that is not that of the name, or that beside the name.
+
+    A text that is no known unit contradicts nothing: `Speed (drive)`. Nor does a word at an end of
+    a name that is no unit of the quantity: `rev speed`.
+
+    Raises:
+        ColumnsError: The units differ by factor or offset.
+    """
+    unit_in_name = _unit_in_name(column_name)
+    is_in_brackets = split_unit(column_name)[1] != ""
+    quantity = stated_meaning.quantity
+    if not is_in_brackets and (quantity == NOTHING or not is_unit_of(unit_in_name, quantity)):
+        unit_in_name = ""
+    for unit in (unit_beside, unit_in_name):
+        is_known_unit = possible_conversion(unit, _UNITS_OF_TABLES) is not None
+        if stated_meaning.unit and is_known_unit and not _is_same_unit(unit, stated_meaning.unit):
+            raise ColumnsError(
+                f"the column {column_name!r} has the unit {unit!r}, and --columns says "
+                f"{stated_meaning.unit!r}.",
+                "Leave the unit out of --columns, or correct it in the table.",
+            )
 
 
 def _rank_of_column(column: TableColumn) -> int:
