@@ -452,6 +452,28 @@ def test_blank_speeds_contradict_nothing(blank: list[str]) -> None:
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("blank", [[SPEED], [SLIP], [SPEED, SLIP]])
+def test_blank_mean_speed_and_slip_follow_from_both_speeds(blank: list[str]) -> None:
+    table = TRUTH.rename(columns=PLAIN)
+    table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
+    table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
+    table[[PLAIN[column] for column in blank]] = np.nan
+    read = read_mu_table(table)
+    np.testing.assert_allclose(read.points[SLIP], TRUTH[SLIP])
+    np.testing.assert_allclose(read.points[SPEED], TRUTH[SPEED])
+    for column in blank:
+        assert f"not read: {PLAIN[column]!r}: it holds no numbers" in read.notes
+
+
+@pytest.mark.filterwarnings("error")
+def test_blank_mean_speed_stays_where_a_speed_is_blank() -> None:
+    table = TRUTH.rename(columns=PLAIN).assign(**{PLAIN[SPEED]: np.nan, "ball speed [m/s]": np.nan})
+    table["disc speed [m/s]"] = TRUTH[SPEED]
+    with pytest.raises(oilfilm.OilfilmError, match="no row has all its numbers"):
+        read_mu_table(table)
+
+
+@pytest.mark.filterwarnings("error")
 def test_columns_without_a_common_row_do_not_contradict_each_other() -> None:
     """The speeds are known in the first half of the rows, the ratio in the second."""
     table = TRUTH.rename(columns=PLAIN)
