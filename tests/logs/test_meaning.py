@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 import oilfilm
-from oilfilm.api.mu_columns import over_mean, stated_columns, stated_meaning_by_index
+from oilfilm.api.mu_columns import ColumnsError, over_mean, stated_columns, stated_meaning_by_index
 from oilfilm.api.table_fit import (
     MU,
     PRESSURE,
@@ -19,6 +19,7 @@ from oilfilm.api.table_fit import (
     StatedByUser,
     read_mu_table,
 )
+from oilfilm.logs.header import split_unit
 from oilfilm.logs.meaning import (
     DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
@@ -262,9 +263,67 @@ def test_unit_beside_a_name_tells_columns_apart(names: list[str], units: list[st
     assert (index, meaning.unit) == (1, "kN")
 
 
-def test_unit_of_the_user_replaces_that_of_the_only_column_of_the_name() -> None:
-    table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[PRESSURE]).assign(**{"Load [N]": 0.05})
-    np.testing.assert_allclose(with_stated(table, "load=Load [kN]")["load_n"], 50.0)
+@pytest.mark.parametrize(
+    ("names", "units", "stated", "expected_index"),
+    [
+        (["Temp [K]", "Temp [°C]"], ["", ""], "inlet_temperature=Temp [degC]", 1),
+        (["Temp", "Temp"], ["K", "°C"], "inlet_temperature=Temp [degC]", 1),
+        (["Pressure [MPa]", "Pressure [GPa]"], ["", ""], "nothing=Pressure [N/mm2]", 0),
+        # of two spellings of one unit that of the user counts
+        (["Temp", "Temp"], ["degC", "°C"], "inlet_temperature=Temp [°C]", 1),
+    ],
+)
+def test_units_of_columns_are_compared_by_meaning(
+    names: list[str], units: list[str], stated: str, expected_index: int
+) -> None:
+    assert list(stated_meaning_by_index(names, units, stated_columns(stated))) == [expected_index]
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_beside", "stated"),
+    [
+        ("Load [N]", "", "load=Load [kN]"),
+        ("Load", "N", "load=Load [kN]"),
+        ("load_n", "", "load=load_n [kN]"),
+        ("Temp [°C]", "", "inlet_temperature=Temp [K]"),
+        ("ball speed [rpm]", "", "ball_speed=ball speed [m/s]"),
+        ("Load [GPa]", "", "load=Load [N]"),
+        ("Load [N]", "", "nothing=Load [kN]"),
+    ],
+)
+def test_unit_of_the_user_that_contradicts_the_table_is_refused(
+    name: str, unit_beside: str, stated: str
+) -> None:
+    """20 N would silently become 20 000 N."""
+    unit_of_table = unit_beside or stated_unit(name)[1]
+    unit_of_user = split_unit(stated)[1]
+    with pytest.raises(ColumnsError, match="has the unit") as asked:
+        stated_meaning_by_index([name], [unit_beside], stated_columns(stated))
+    assert repr(unit_of_table) in asked.value.sentence
+    assert repr(unit_of_user) in asked.value.sentence
+
+
+@pytest.mark.parametrize(
+    ("name", "unit_beside", "stated"),
+    [
+        ("Temp [°C]", "", "inlet_temperature=Temp [degC]"),
+        ("Temp", "°C", "inlet_temperature=Temp [degC]"),
+        ("Load", "", "load=Load [kN]"),
+        # a symbol
+        ("F_n", "", "load=F_n [kN]"),
+        # no units, but words
+        ("Speed (drive)", "", "entrainment_speed=Speed (drive) [m/s]"),
+        ("Speed (min)", "", "entrainment_speed=Speed (min) [m/s]"),
+        ("rev speed", "", "ball_speed=rev speed [m/s]"),
+        # not known: only the user can say it
+        ("Load [kp?]", "", "load=Load [kgf]"),
+    ],
+)
+def test_unit_of_the_user_counts_where_the_table_has_no_other(
+    name: str, unit_beside: str, stated: str
+) -> None:
+    (meaning,) = stated_meaning_by_index([name], [unit_beside], stated_columns(stated)).values()
+    assert meaning.unit == split_unit(stated)[1]
 
 
 @pytest.mark.parametrize("second", ["v", "v [m/s]"])
@@ -272,6 +331,42 @@ def test_column_that_is_stated_twice_is_refused(second: str) -> None:
     table = TRUTH.rename(columns={**PLAIN, SPEED: "v [m/s]"})
     with pytest.raises(oilfilm.OilfilmError, match="ball_speed and disc_speed"):
         with_stated(table, f"ball_speed=v; disc_speed={second}")
+
+
+def test_column_that_is_stated_twice_as_the_same_is_named_once() -> None:
+    table = table_with({"Load [N]": 20.0}, PRESSURE)
+    with pytest.raises(oilfilm.OilfilmError, match=r"states 'Load \[N\]' twice"):
+        with_stated(table, "load=Load [N];load=Load [N]")
+
+
+@pytest.mark.parametrize(
+    ("names", "units"),
+    [
+        (["Load", "Load"], ["", ""]),
+        (["Load [N]", "Load [N]"], ["", ""]),
+        (["Load", "Load"], ["N", "N"]),
+        # none of the first two is taken for lack of a third
+        (["Load [N]", "Load [N]", "Load"], ["", "", ""]),
+    ],
+)
+def test_columns_that_no_name_tells_apart_must_be_renamed(
+    names: list[str], units: list[str]
+) -> None:
+    with pytest.raises(ColumnsError, match="Rename one of") as asked:
+        stated_meaning_by_index(names, units, stated_columns("load=Load [N]"))
+    assert "Write the name" not in str(asked.value)
+
+
+def test_message_has_the_units_of_a_row_of_units() -> None:
+    with pytest.raises(ColumnsError, match=r"'Load \[N\]' and 'Load \[kN\]'. Write the name"):
+        stated_meaning_by_index(["Load", "Load"], ["N", "kN"], stated_columns("load=Load"))
+
+
+def test_question_on_columns_of_one_name_advises_to_rename() -> None:
+    table = table_with({"Load": 20.0, "Load 2": 20.0}, PRESSURE)
+    table.columns = ["Load" if name == "Load 2" else name for name in table.columns]
+    with pytest.raises(oilfilm.OilfilmError, match=r"could both be the load. Rename one of"):
+        read_mu_table(table)
 
 
 @pytest.mark.parametrize(
@@ -357,6 +452,28 @@ def test_blank_speeds_contradict_nothing(blank: list[str]) -> None:
 
 
 @pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("blank", [[SPEED], [SLIP], [SPEED, SLIP]])
+def test_blank_mean_speed_and_slip_follow_from_both_speeds(blank: list[str]) -> None:
+    table = TRUTH.rename(columns=PLAIN)
+    table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
+    table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
+    table[[PLAIN[column] for column in blank]] = np.nan
+    read = read_mu_table(table)
+    np.testing.assert_allclose(read.points[SLIP], TRUTH[SLIP])
+    np.testing.assert_allclose(read.points[SPEED], TRUTH[SPEED])
+    for column in blank:
+        assert f"not read: {PLAIN[column]!r}: it holds no numbers" in read.notes
+
+
+@pytest.mark.filterwarnings("error")
+def test_blank_mean_speed_stays_where_a_speed_is_blank() -> None:
+    table = TRUTH.rename(columns=PLAIN).assign(**{PLAIN[SPEED]: np.nan, "ball speed [m/s]": np.nan})
+    table["disc speed [m/s]"] = TRUTH[SPEED]
+    with pytest.raises(oilfilm.OilfilmError, match="no row has all its numbers"):
+        read_mu_table(table)
+
+
+@pytest.mark.filterwarnings("error")
 def test_columns_without_a_common_row_do_not_contradict_each_other() -> None:
     """The speeds are known in the first half of the rows, the ratio in the second."""
     table = TRUTH.rename(columns=PLAIN)
@@ -419,6 +536,57 @@ def test_line_to_paste_answers_the_question(name: str) -> None:
     line = str(asked.value).partition('--columns "')[2].partition('"')[0]
     points = read_mu_table(table, StatedByUser(stated_columns(line))).points
     np.testing.assert_allclose(points[quantity], TRUTH[quantity])
+
+
+def table_with(columns: dict[str, float], quantity: str) -> pd.DataFrame:
+    """The true table with other columns in place of that of a quantity."""
+    return TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[quantity]).assign(**columns)
+
+
+def with_row_of_units(folder: Path, table: pd.DataFrame) -> Path:
+    """A file of a table whose units are in a row of their own below the names."""
+    names_and_units = [split_unit(str(name)) for name in table.columns]
+    lines = [";".join(name for name, _ in names_and_units)]
+    lines.append(";".join(unit for _, unit in names_and_units))
+    path = folder / "table.csv"
+    path.write_text("\n".join(lines) + "\n" + table.to_csv(sep=";", index=False, header=False))
+    return path
+
+
+def lines_to_paste(message: str) -> list[str]:
+    """The texts of `--columns` that a message offers."""
+    return [part.partition('"')[0] for part in message.split('--columns "')[1:]]
+
+
+@pytest.mark.parametrize("has_row_of_units", [False, True])
+@pytest.mark.parametrize(
+    ("columns", "quantity"),
+    [
+        ({"Load [N]": 20.0, "Load [kN]": 0.05}, PRESSURE),
+        ({"Temp [°C]": 40.0, "Temp [K]": 313.15}, TEMPERATURE),
+        ({"Mean speed [m/s]": 2.0, "Mean speed [mm/s]": 2000.0}, SPEED),
+    ],
+)
+def test_each_advice_answers_the_message(
+    tmp_path: Path, columns: dict[str, float], quantity: str, has_row_of_units: bool
+) -> None:
+    table: pd.DataFrame | Path = table_with(columns, quantity)
+    if has_row_of_units:
+        table = with_row_of_units(tmp_path, table)
+    with pytest.raises(oilfilm.OilfilmError, match="could both be") as asked:
+        read_mu_table(table)
+    lines = lines_to_paste(str(asked.value))
+    assert len(lines) == 2
+    for line in lines:
+        read_mu_table(table, StatedByUser(stated_columns(line)))
+
+
+def test_advice_on_a_symbol_has_the_whole_symbol() -> None:
+    """`F_n` is a symbol without a unit, not F in newtons."""
+    table = table_with({"F_n": 20.0}, PRESSURE)
+    with pytest.raises(oilfilm.OilfilmError, match="has no unit") as asked:
+        read_mu_table(table)
+    assert lines_to_paste(str(asked.value)) == ["load=F_n [N]", "nothing=F_n"]
 
 
 @pytest.mark.parametrize(

@@ -7,6 +7,7 @@ Decides: which of several columns is taken, which numbers decide a definition or
 two columns contradict each other.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import NamedTuple
@@ -21,6 +22,7 @@ from oilfilm.logs.meaning import (
     DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
     Meaning,
+    is_unit_of,
     meaning_of,
     rank_of,
     stated_unit,
@@ -45,6 +47,14 @@ _MAXIMUM_OVER_MEAN = 1.5
 _MAX_PRESSURE_GPA = 5.0
 # Numbers below this may be pressures in GPa that are in the column of a speed in m/s.
 _MAX_SWAPPED_SPEED_M_S = 5.0
+# Units to which those of columns are converted to compare them. Units of time are none: `(min)` and
+# `(h)` are words of names, too.
+_UNITS_OF_TABLES = (
+    *dict.fromkeys(unit for unit in UNIT_BY_QUANTITY.values() if unit != "s"),
+    "rpm",
+)
+# Advice on columns that have the same name and unit: no line of the user tells them apart.
+_RENAME = "Rename one of the columns in the table."
 # The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
@@ -187,7 +197,11 @@ def stated_meaning_by_index(
     for column in stated:
         index, meaning = _index_and_meaning(column, column_names, units)
         if index in stated_by_index:
-            quantities = f"{stated_by_index[index].quantity} and {column.quantity}"
+            first_quantity = stated_by_index[index].quantity
+            if first_quantity == column.quantity:
+                whole_name = _whole_name(column_names[index], units[index])
+                raise ColumnsError(f"--columns states {whole_name!r} twice.", "State it once.")
+            quantities = f"{first_quantity} and {column.quantity}"
             raise ColumnsError(
                 f"--columns says of {column_names[index]!r} that it is {quantities}.",
                 "State one of them.",
@@ -208,10 +222,12 @@ def _index_and_meaning(
     for name, meaning in column.readings:
         indices = _indices_of_name(name, meaning.unit, column_names, units)
         if len(indices) > 1:
-            names_found = " and ".join(repr(column_names[index]) for index in indices)
+            names = [_whole_name(column_names[index], units[index]) for index in indices]
             raise ColumnsError(
-                f"--columns names {column.text!r}, which may be {names_found}.",
-                "Write the name with its unit, as the table has it.",
+                f"--columns names {column.text!r}, which may be {' and '.join(map(repr, names))}.",
+                _RENAME
+                if len(set(names)) < len(names)
+                else "Write the name with its unit, as the table has it.",
             )
         if indices:
             return indices[0], meaning
@@ -230,7 +246,7 @@ def _missing_column_error(text: str, column_names: Sequence[str]) -> ColumnsErro
 def _indices_of_name(
     name: str, unit: str, column_names: Sequence[str], units: Sequence[str]
 ) -> list[int]:
-    """Indices of the columns with a name; with the unit, where several have the name.
+    """Indices of the columns with a name; of several, those that most likely are meant by the unit.
 
     Args:
         name: The name, or the name without its unit.
@@ -247,15 +263,29 @@ def _indices_of_name(
     ]
     if len(indices) < 2:
         return indices
-    unit_by_index = {
-        index: units[index] or stated_unit(column_names[index])[1] for index in indices
-    }
-    # the user may give a column its unit
-    for likely_unit in (unit, ""):
-        with_unit = [index for index in indices if unit_by_index[index] == likely_unit]
-        if len(with_unit) == 1:
-            return with_unit
-    return indices
+    unit_by_index = {index: units[index] or _unit_in_name(column_names[index]) for index in indices}
+    indices_by_likelihood = (
+        [index for index in indices if unit_by_index[index] == unit],
+        [index for index in indices if _is_same_unit(unit_by_index[index], unit)],
+        # the user may give a column its unit
+        [index for index in indices if not unit_by_index[index]],
+    )
+    return next(filter(None, indices_by_likelihood), indices)
+
+
+def _is_same_unit(unit: str, other_unit: str) -> bool:
+    """Whether two units are one by factor and offset, as degC and °C."""
+    if unit == other_unit:
+        return True
+    to_common_unit = possible_conversion(unit, _UNITS_OF_TABLES)
+    other_to_common_unit = possible_conversion(other_unit, _UNITS_OF_TABLES)
+    if to_common_unit is None or other_to_common_unit is None:
+        return False
+    return (
+        to_common_unit.unit == other_to_common_unit.unit
+        and math.isclose(to_common_unit.scale, other_to_common_unit.scale)
+        and math.isclose(to_common_unit.offset, other_to_common_unit.offset, abs_tol=1e-9)
+    )
 
 
 _EXPECTED_FORM = '"quantity=name [unit], definition", as "slide_roll_ratio=Schlupf [%], over_sum"'
@@ -307,10 +337,11 @@ def chosen_columns(
             column for column, rank in zip(candidates, ranks, strict=True) if rank == best_rank
         ]
         if len(best_columns) > 1:
-            names_of_best = " and ".join(repr(column.name) for column in best_columns)
+            names = [_whole_name(column.name, column.meaning.unit) for column in best_columns]
             raise ColumnsError(
-                f"the columns {names_of_best} could both be the {quantity.replace('_', ' ')}.",
-                _line_to_paste(best_columns[0]),
+                f"the columns {' and '.join(map(repr, names))} could both be the "
+                f"{quantity.replace('_', ' ')}.",
+                _RENAME if len(set(names)) < len(names) else _line_to_paste(best_columns[0]),
             )
         column_by_quantity[quantity] = best_columns[0]
         names_not_taken = [
@@ -323,8 +354,13 @@ def chosen_columns(
 
 
 def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: str) -> Meaning:
-    """What the user says of a column, completed by unit and definition from its name."""
-    unit = stated_meaning.unit or unit_beside or stated_unit(column_name)[1]
+    """What the user says of a column, completed by unit and definition from its name.
+
+    Raises:
+        ColumnsError: The unit of the user contradicts that of the table.
+    """
+    _refuse_other_unit(stated_meaning, column_name, unit_beside)
+    unit = stated_meaning.unit or unit_beside or _unit_in_name(column_name)
     definition = stated_meaning.definition
     definitions = DEFINITIONS_OF_QUANTITY.get(stated_meaning.quantity, ())
     if not definition and definitions:
@@ -335,6 +371,30 @@ def _completed_meaning(stated_meaning: Meaning, column_name: str, unit_beside: s
     return replace(stated_meaning, unit=unit, definition=definition)
 
 
+def _refuse_other_unit(stated_meaning: Meaning, column_name: str, unit_beside: str) -> None:
+    """Refuse a unit of the user that is not that of the name, or that beside the name.
+
+    A text that is no known unit contradicts nothing: `Speed (drive)`. Nor does a word at an end of
+    a name that is no unit of the quantity: `rev speed`.
+
+    Raises:
+        ColumnsError: The units differ by factor or offset.
+    """
+    unit_in_name = _unit_in_name(column_name)
+    is_in_brackets = split_unit(column_name)[1] != ""
+    quantity = stated_meaning.quantity
+    if not is_in_brackets and (quantity == NOTHING or not is_unit_of(unit_in_name, quantity)):
+        unit_in_name = ""
+    for unit in (unit_beside, unit_in_name):
+        is_known_unit = possible_conversion(unit, _UNITS_OF_TABLES) is not None
+        if stated_meaning.unit and is_known_unit and not _is_same_unit(unit, stated_meaning.unit):
+            raise ColumnsError(
+                f"the column {column_name!r} has the unit {unit!r}, and --columns says "
+                f"{stated_meaning.unit!r}.",
+                "Leave the unit out of --columns, or correct it in the table.",
+            )
+
+
 def _rank_of_column(column: TableColumn) -> int:
     """Rank of a column among those of one quantity; the smallest is taken, the user's first."""
     return 0 if column.by_user else rank_of(column.meaning)
@@ -343,27 +403,40 @@ def _rank_of_column(column: TableColumn) -> int:
 def _line_to_paste(column: TableColumn) -> str:
     """The line that states what a column is."""
     meaning = column.meaning
-    bare_name, unit_of_name = stated_unit(column.name)
     usual_unit = (
         "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
     )
-    unit = meaning.unit or unit_of_name or usual_unit
-    unit_in_brackets = "" if unit == "1" else f" [{unit}]"
+    likely_unit = meaning.unit or usual_unit
+    whole_name = _whole_name(column.name, "" if likely_unit == "1" else likely_unit)
     definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ())
     definition_part = f", {meaning.definition or definitions[0]}" if definitions else ""
-    line = f'--columns "{meaning.quantity}={bare_name}{unit_in_brackets}{definition_part}"'
+    line = f'--columns "{meaning.quantity}={whole_name}{definition_part}"'
     if len(definitions) > 1 and not meaning.definition:
         other_definitions = " or ".join(definitions[1:])
         return (
             f"State which: {line}; {other_definitions} in place of {definitions[0]}; "
-            f"{_line_for_no_quantity(bare_name)}."
+            f"{_line_for_no_quantity(column)}."
         )
-    return f"State it: {line}; {_line_for_no_quantity(bare_name)}."
+    return f"State it: {line}; {_line_for_no_quantity(column)}."
 
 
-def _line_for_no_quantity(name: str) -> str:
+def _line_for_no_quantity(column: TableColumn) -> str:
     """How to say that a column is none of the quantities."""
-    return f'--columns "{NOTHING}={name}" if it is something else'
+    whole_name = _whole_name(column.name, column.meaning.unit)
+    return f'--columns "{NOTHING}={whole_name}" if it is something else'
+
+
+def _whole_name(column_name: str, unit: str) -> str:
+    """A name with its unit: as it is where it states one, else with the unit in brackets."""
+    if not unit or _unit_in_name(column_name):
+        return column_name
+    return f"{column_name} [{unit}]"
+
+
+def _unit_in_name(column_name: str) -> str:
+    """The unit that a name states; empty where it states none, as the symbol `F_n`."""
+    meaning = meaning_of(column_name)
+    return stated_unit(column_name)[1] if meaning is None else meaning.unit
 
 
 # ---------------------------------------------------------------- what the numbers say
@@ -554,8 +627,7 @@ def _slide_roll_ratio(
                 f"it goes up to {largest_number:g} and has no unit: it may be a ratio or in %"
             )
             column_in_doubt = replace(column, meaning=replace(meaning, question=question))
-            bare_name, _ = stated_unit(column.name)
-            line = f'--columns "slide_roll_ratio={bare_name} [%], {meaning.definition}"'
+            line = f'--columns "slide_roll_ratio={column.name} [%], {meaning.definition}"'
             sentence = _question_error(column_in_doubt).sentence
             raise ColumnsError(sentence, f"State it: {line}, or [1] for a ratio.")
     ratio = over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)

@@ -545,8 +545,10 @@ def _add_points(
             for quantity, column in column_by_quantity.items()
             if quantity in _COLUMN_BY_QUANTITY
         }
-        if "entrainment_speed" in column_by_quantity or stated_by_user.speed_m_s is not None:
-            notes += _remove_blank_speeds(column_by_quantity)
+        has_mean_speed = (
+            "entrainment_speed" in column_by_quantity or stated_by_user.speed_m_s is not None
+        )
+        notes += _remove_blank(column_by_quantity, has_mean_speed=has_mean_speed)
         notes += _remove_doubtful(column_by_quantity)
         _refuse_without_mu_or_slip(mu_table, names, column_by_quantity)
         pressure_gpa = None
@@ -571,18 +573,27 @@ def _add_points(
     return dict(reading.name_by_quantity)
 
 
-def _remove_blank_speeds(column_by_quantity: dict[str, TableColumn]) -> list[str]:
-    """Remove the speeds of ball and disc that are blank, where slip and mean speed are given.
+def _remove_blank(column_by_quantity: dict[str, TableColumn], *, has_mean_speed: bool) -> list[str]:
+    """Remove blank columns of speed or slip that follow from the others.
 
-    Without these the speeds stay: a message then says that no row has all its numbers.
+    These are mean speed and slip where the speeds of ball and disc hold numbers, and the speeds of
+    ball and disc where slip and mean speed are given. Other blank columns stay: a message then says
+    that no row has all its numbers.
 
     Returns:
         Notes on the removed columns.
     """
-    if "slide_roll_ratio" not in column_by_quantity:
-        return []
+    both_speeds = ("ball_speed", "disc_speed")
+    removable_quantities: tuple[str, ...] = ()
+    if all(
+        quantity in column_by_quantity and not column_by_quantity[quantity].is_blank
+        for quantity in both_speeds
+    ):
+        removable_quantities = ("entrainment_speed", "slide_roll_ratio")
+    elif has_mean_speed and "slide_roll_ratio" in column_by_quantity:
+        removable_quantities = both_speeds
     notes: list[str] = []
-    for quantity in ("ball_speed", "disc_speed"):
+    for quantity in removable_quantities:
         column = column_by_quantity.get(quantity)
         if column is not None and column.is_blank:
             del column_by_quantity[quantity]
