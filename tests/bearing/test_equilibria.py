@@ -1,11 +1,14 @@
 """Friction equilibria of light and skidding bearings: found, complete, the same in any company."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from bearings import RPM, problem, shipped
+from bearings import RPM, printed_law, problem, shipped
 from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
+from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
 
 MAINSHAFT = shipped("mainshaft-167")
@@ -110,6 +113,41 @@ def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
         np.testing.assert_allclose(
             equilibrium_again.cage_slip(), equilibrium.cage_slip(), rtol=1e-9
         )
+
+
+# A random draw of the demonstration at 500 N, 17 906 rpm and 100 degC: the cage is all but at rest.
+DRAWN_INPUTS = {
+    "oil_volume_fraction": 0.003340283080264223,
+    "feed_flow_m3_s": 0.00016722162952067125,
+    "momentum_share": 0.8111268796927915,
+    "replenishment_constant": 5.957844388928576e-08,
+    "ellipse_factor": 0.9690903125253894,
+    "shaft_bore_ratio": 0.7313974590692954,
+    "shaft_interference_m": 1.0354481241979671e-05,
+    "housing_interference_m": 1.2921659614676795e-06,
+    "ring_temperature_difference_k": -1.5895849100256818,
+    "ball_temperature_difference_k": 11.242246287121343,
+}
+DRAWN_FACTORS = [1.1947404472, 1.001581958, 1.0945721285, 1.0, 1.6882372817, 0.9529540765]
+DRAWN_CONSTANTS = [
+    *(-4.79251854, 3.14307511, -0.56020553, -0.12573169, 0.76662611, 2.00107361),
+    *(-0.0117601, -2.35849792, 3.90625633, 0.46695037, 0.08504908, -0.94096412),
+]
+
+
+def test_rounding_does_not_choose_the_motion_beside_a_jump():
+    # the loads differ by as much as rounding does
+    loads_n = 500.0 * (1 + 1e-13 * np.arange(12))
+    drawn_law = replace(printed_law("4010"), internal=np.array([DRAWN_CONSTANTS]))
+    points = OperatingPoints.axial(loads_n, 17906.43885697232 * RPM)
+    at_rest = problem(MAINSHAFT, points, "4010", 100.0, law=drawn_law)
+    factors = np.tile(DRAWN_FACTORS, (len(loads_n), 1))
+    at_rest = replace(at_rest, lubrication=replace(at_rest.lubrication, factors=factors))
+    inputs = Inputs(**{name: np.full(len(loads_n), value) for name, value in DRAWN_INPUTS.items()})
+    motion = friction_equilibrium(at_rest.with_inputs(inputs))
+    assert motion.solution.converged.all()
+    assert not motion.held_by_band().any()
+    np.testing.assert_allclose(motion.cage_slip(), motion.cage_slip()[0], atol=1e-9)
 
 
 def test_more_drag_never_makes_a_cage_faster():

@@ -74,10 +74,10 @@ _KINK_LENGTH = 1e-3
 _ATTEMPTS = ((0.0, 0.0), (0.0, _KINK_LENGTH), (0.003, _KINK_LENGTH), (0.01, _KINK_LENGTH))
 # Largest residual on a curve along which bands shrink: the forces are steep beside a jump.
 _BAND_TOLERANCE = 1e-9
-# Halvings of all bands, before they vanish, by which a motion without bands is sought.
-_BAND_HALVINGS = 13
-# Jacobians by which a motion is found after a halving, half of them with damping.
-_HALVING_ITERATIONS = 30
+# Factor on all bands from one step to the next, by which a motion without bands is sought, and the
+# number of such steps before the bands vanish. With a factor of 0.5 some motions are lost.
+_BAND_FACTOR = 0.75
+_BAND_STEPS = 32
 # Step of the parameter along which bands shrink, from 0 to 1, to which a stalled curve goes back.
 _STALL_STEP = 0.2
 # Narrowest band of the rolling speed that may hold a motion, over the full band.
@@ -462,10 +462,10 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions with the problem's nodes, near others, with bands as narrow as possible.
 
     Most motions are outside the bands, so that they are exact at once. The bands of the others are
-    halved until they vanish. Where a motion is lost on that way they shrink along a curve. A motion
-    whose curve turns back exists only because of the bands, and so does its partner. Where rolling
-    resistance jumps at the motion itself, the motion is between the two sides of the jump (a
-    solution in the sense of Filippov), and the narrowest band is kept.
+    reduced step by step until they vanish. Where a motion is lost on that way its bands shrink
+    along a curve. A motion whose curve turns back exists only because of the bands, and so does its
+    partner. Where rolling resistance jumps at the motion itself, the motion is between the two
+    sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
     """
     banded_motions, is_solved = _solved_near(problem, motions)
     banded_motions = banded_motions.select(is_solved)
@@ -476,8 +476,8 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
     banded_motions.bands[is_exact] = NO_BANDS
     within_bands = banded_motions.select(~is_exact)
-    released_motions, is_released = _with_halved_bands(problem, within_bands)
-    exact_motions = banded_motions.select(is_exact).joined(released_motions.select(is_released))
+    unbanded_motions, is_released = _released_by_steps(problem, within_bands)
+    exact_motions = banded_motions.select(is_exact).joined(unbanded_motions.select(is_released))
     within_bands = within_bands.select(~is_released)
     if len(within_bands.point_index) == 0:
         return exact_motions
@@ -488,44 +488,34 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     return exact_motions.joined(narrowed_motions).joined(within_bands.select(is_last_of_point))
 
 
-def _with_halved_bands(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
-    """Motions after their bands were halved until they vanish, and whether each one was followed.
+def _released_by_steps(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
+    """Motions after their bands were reduced to 0 step by step, and whether each one was followed.
 
-    A motion is followed while it is found near that with twice the bands. Where a curve turns or
+    A motion is followed while it is found near that of the step before. Where a curve turns or
     stalls at a kink depends on rounding; whether a motion is found near another one hardly does.
     """
     scale = problem.scale()
     unknowns = motions.unknowns.copy()
     followed_index = np.arange(len(motions.point_index))
-    for band_share in (*0.5 ** np.arange(1, _BAND_HALVINGS + 1), 0.0):
+    for band_share in (*_BAND_FACTOR ** np.arange(1, _BAND_STEPS + 1), 0.0):
         if len(followed_index) == 0:
             break
         point_index = motions.point_index[followed_index]
         bands = np.repeat(band_share * FULL_BANDS, len(point_index), axis=0)
-        wider_unknowns = unknowns[followed_index]
-        halved_motions, is_solved = _solved_near(
-            problem, _Motions(point_index, wider_unknowns, bands), _HALVING_ITERATIONS
-        )
-        cage_speed_change = np.abs(halved_motions.unknowns - wider_unknowns)[:, _CAGE_INDEX]
+        old_unknowns = unknowns[followed_index]
+        new_motions, is_solved = _solved_near(problem, _Motions(point_index, old_unknowns, bands))
+        cage_speed_change = np.abs(new_motions.unknowns - old_unknowns)[:, _CAGE_INDEX]
         is_followed = is_solved & (
             cage_speed_change < _SAME_MOTION * scale[point_index, _CAGE_INDEX]
         )
         followed_index = followed_index[is_followed]
-        unknowns[followed_index] = halved_motions.unknowns[is_followed]
+        unknowns[followed_index] = new_motions.unknowns[is_followed]
     is_released = np.isin(np.arange(len(unknowns)), followed_index)
     return _Motions(motions.point_index, unknowns, np.zeros_like(motions.bands)), is_released
 
 
-def _solved_near(
-    problem: FrictionProblem, motions: _Motions, newton_iterations: int = _NEWTON_ITERATIONS
-) -> tuple[_Motions, BoolArray]:
-    """Motions near others, with the bands of these, and whether each one was found.
-
-    Args:
-        problem: The points.
-        motions: The other motions.
-        newton_iterations: Jacobians of Newton's method, where Broyden's method finds no motion.
-    """
+def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
+    """Motions near others, with the bands of these, and whether each one was found."""
     banded_problem = replace(problem.at_points(motions.point_index), bands=motions.bands)
     scale = banded_problem.scale()
     neighbour = Neighbour.from_unknowns(banded_problem, motions.unknowns)
@@ -538,7 +528,7 @@ def _solved_near(
         unsolved_equations,
         motions.unknowns[unsolved_index],
         scale[unsolved_index],
-        newton_iterations,
+        _NEWTON_ITERATIONS,
     )
     solution.replace_points(unsolved_index, newton_solution)
     return replace(motions, unknowns=solution.unknowns), solution.converged
@@ -550,7 +540,9 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
     Motions whose curve turns back are left out. Those whose curve stalls keep the bands of the last
     step before, unless they are exact without bands.
     """
+    # rounding decides how far a curve gets before it stalls, but hardly on which step that is
     stalled_motions = motions.select(np.arange(0))
+    motions_at_last_step = stalled_motions
     for band_shares in (
         _band_shares_less_entrainment,
         _band_shares_less_spin,
@@ -581,31 +573,44 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             tolerance=_BAND_TOLERANCE,
         )
         has_stalled = ~crossings.reached_last & ~crossings.turned_back
-        # rounding decides how far a curve gets before it stalls, but hardly on which step it is
-        last_step = np.floor(crossings.end_parameter / _STALL_STEP) * _STALL_STEP
-        end_parameter = np.where(has_stalled, last_step, crossings.end_parameter)
-        bands = FULL_BANDS * band_shares(end_parameter)
-        narrower_motions = _Motions(motions.point_index, crossings.end_unknowns, bands)
-        # at the edge of a narrow band the slopes may not lead to the solution
-        solved_motions, is_solved = _solved_near(problem, narrower_motions, _HALVING_ITERATIONS)
-        is_narrower = is_solved[:, np.newaxis]
-        narrowest_motions = _Motions(
-            point_index=motions.point_index,
-            unknowns=np.where(is_narrower, solved_motions.unknowns, motions.unknowns),
-            bands=np.where(is_narrower, bands, motions.bands),
+        end_bands = FULL_BANDS * band_shares(crossings.end_parameter)
+        end_motions = _with_other_bands(problem, motions, crossings.end_unknowns, end_bands)
+        stalled_motions = stalled_motions.joined(end_motions.select(has_stalled))
+        last_step = np.floor(crossings.end_parameter[has_stalled] / _STALL_STEP) * _STALL_STEP
+        step_motions = _with_other_bands(
+            problem,
+            motions.select(has_stalled),
+            crossings.end_unknowns[has_stalled],
+            FULL_BANDS * band_shares(last_step),
         )
-        stalled_motions = stalled_motions.joined(narrowest_motions.select(has_stalled))
-        motions = narrowest_motions.select(crossings.reached_last)
+        motions_at_last_step = motions_at_last_step.joined(step_motions)
+        motions = end_motions.select(crossings.reached_last)
     # a curve may stall beside a motion that is exact without bands
-    motions = motions.joined(stalled_motions)
-    unbanded_motions = replace(motions, bands=np.zeros_like(motions.bands))
+    narrow_motions = motions.joined(stalled_motions)
+    unbanded_motions = replace(narrow_motions, bands=np.zeros_like(narrow_motions.bands))
     solved_motions, is_solved = _solved_near(problem, unbanded_motions)
-    cage_speed_change = np.abs(solved_motions.unknowns - motions.unknowns)[:, _CAGE_INDEX]
+    cage_speed_change = np.abs(solved_motions.unknowns - narrow_motions.unknowns)[:, _CAGE_INDEX]
     is_released = is_solved & (
-        cage_speed_change < _SAME_MOTION * problem.scale()[motions.point_index, _CAGE_INDEX]
+        cage_speed_change < _SAME_MOTION * problem.scale()[narrow_motions.point_index, _CAGE_INDEX]
     )
-    held_motions = motions.select(~is_released)
+    held_motions = motions.joined(motions_at_last_step).select(~is_released)
     return held_motions.joined(solved_motions.select(is_released))
+
+
+def _with_other_bands(
+    problem: FrictionProblem, motions: _Motions, near_unknowns: FloatArray, bands: FloatArray
+) -> _Motions:
+    """Motions with other bands, near some unknowns; where there is none the motions as they are."""
+    # at the edge of a narrow band the slopes may not lead to the solution
+    solved_motions, is_solved = _solved_near(
+        problem, _Motions(motions.point_index, near_unknowns, bands)
+    )
+    is_changed = is_solved[:, np.newaxis]
+    return _Motions(
+        point_index=motions.point_index,
+        unknowns=np.where(is_changed, solved_motions.unknowns, motions.unknowns),
+        bands=np.where(is_changed, bands, motions.bands),
+    )
 
 
 def _band_shares_less_entrainment(parameter: FloatArray) -> FloatArray:
