@@ -415,7 +415,7 @@ def test_a_time_beside_a_total_time_is_asked_for(tmp_path: Path, names: tuple[st
     values = standstill.log()
     order = ["ball_speed", "disc_speed", "load", "traction_force", "inlet_temperature"]
     total_s = np.arange(len(values["time"])) * 0.05
-    # begins anew in every step
+    # restarts in every step
     rows = np.column_stack([total_s % 10, total_s, *(values[name] for name in order)])
     text = "\n".join([header, *(",".join(map(str, row)) for row in rows.tolist()), ""])
     made_project = project_of_bytes(tmp_path, text.encode())

@@ -164,6 +164,9 @@ _UNITS = ["s", "N", "N", "m/s", "%", "degC"]
         ([], "slide_roll_ratio", [_UNITS]),
         ([], "slide_roll_ratio", [["s", "N", 1, "m/s", "%", "degC"]]),
         ([["Humidity", None, None, None, "45 %"]], "slide_roll_ratio", [_UNITS]),
+        # a row of a log may begin without a number, and a title may have numbers
+        ([], "slide_roll_ratio (%)", [["NaN"] * 6]),
+        ([["Ball", 10.5, "mm, disc", 50, "mm", None, 7]], "slide_roll_ratio (%)", []),
     ],
 )
 def test_percent_sign_counts_in_names_and_units_only(
@@ -180,9 +183,23 @@ def test_percent_sign_counts_in_names_and_units_only(
     buffer = io.BytesIO()
     made.save(buffer)
     ((_, text),) = sheet_texts(buffer.getvalue())
-    slips = [line.split("\t")[4] for line in text.decode().splitlines()[-2:]]
+    slips = [line.split("\t")[4].strip() for line in text.decode().splitlines()[-2:]]
     is_ratio = slip_name.endswith("(1)")
     assert slips == (["0.0005", "0.05"] if is_ratio else ["0.05", "5"])
+
+
+def test_names_of_a_second_table_count_below_it() -> None:
+    first, second = "slide_roll_ratio (%)", "slide_roll_ratio (1)"
+    made = openpyxl.Workbook()
+    for slip_name in (first, second):
+        made.active.append([*NAMES[:4], slip_name, NAMES[5]])
+        made.active.append([0.0, 20, 2.5, 10, 0.05, 60])
+        made.active.cell(made.active.max_row, 5).number_format = "0.00%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    ((_, text),) = sheet_texts(buffer.getvalue())
+    lines = text.decode().splitlines()
+    assert [lines[index].split("\t")[4] for index in (1, 3)] == ["5", "0.05"]
 
 
 @pytest.mark.parametrize(

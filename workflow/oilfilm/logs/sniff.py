@@ -59,7 +59,7 @@ def columns_by_quantity(
     """Quantity -> name and unit of its likely column; several columns where it is in doubt.
 
     A name that says the quantity comes before a symbol, and both before a name that leaves it open.
-    Beside a total time another one may begin anew in each step: both are likely.
+    Beside a total time another time may restart in each step: both are likely.
 
     Args:
         names_and_units: Name of each column and the unit beside it.

@@ -173,8 +173,8 @@ class PercentColumns:
     """The columns of a sheet whose name or unit has a percent sign, while its rows are read.
 
     Names and units are in the rows of texts right above a row of numbers. A percent sign in any
-    other row is in a note. Below rows of numbers the marks stay, unless a row has the names of all
-    columns of numbers.
+    other row is in a note. Below rows of numbers the marks stay, until a row has the names of all
+    columns of numbers, or numbers are in other columns.
 
     Attributes:
         in_percent: Indices of these columns at the last row that was added.
@@ -215,20 +215,20 @@ class PercentColumns:
         Args:
             number_columns: Columns with numbers in the row below.
         """
-        is_first_table = not self._number_columns
+        # numbers in other columns than before are those of another table; a title may have some
+        has_new_columns = not number_columns <= self._number_columns
+        columns_to_name = number_columns if has_new_columns else self._number_columns
         for index in reversed(range(len(self._text_rows))):
             texts = self._text_rows[index]
-            if is_line_of_units(list(texts.values())):
-                continue
-            if is_first_table and number_columns <= texts.keys():
+            if _names_all(texts, columns_to_name) and not is_line_of_units(list(texts.values())):
                 return index
-            if not is_first_table and _names_all(texts, self._number_columns):
-                return index
-        if not is_first_table or not self._text_rows:
+        if not has_new_columns or not self._text_rows:
             return None
-        # some columns have no name
+        # some columns have no name, or a name has a number
         word_counts = [_word_count(texts) for texts in self._text_rows]
-        return word_counts.index(max(word_counts))
+        largest_count = max(word_counts)
+        is_note = largest_count < len(number_columns) / 2
+        return None if is_note else word_counts.index(largest_count)
 
 
 def _marked_columns(rows_from_names: Sequence[Mapping[int, str]]) -> Set[int]:

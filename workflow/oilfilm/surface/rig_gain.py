@@ -1,9 +1,9 @@
 """The gain of a rig that made none of the runs.
 
 The gain of a rig is the relative error of traction force that all its runs share. The gains of rigs
-are normally distributed. Their standard deviation s is not known exactly: a few
-rigs show it in part, and something is known before the data. With n gains that the data resolve,
-the density of ln s is
+are normally distributed. Their standard deviation s is not known exactly: a few rigs show it in
+part, and something is known before the data. With n gains that the data resolve, the density of
+ln s is
 
     p(ln s) ~ s^-n exp(-n v / (2 s^2)) exp(-(ln s - ln m)^2 / (2 r^2)),
 
