@@ -5,6 +5,7 @@ Decides: which rows of a log with several loads or speeds belong to one set poin
 
 from collections.abc import Iterable
 from itertools import pairwise
+from statistics import median
 
 import numpy as np
 
@@ -13,6 +14,8 @@ from oilfilm.logs.base import LoggedRun
 
 # Rows are compared in blocks, by the medians of these: so many blocks at most.
 _MOST_BLOCKS = 300
+# Rows whose signals are computed at once: those of all rows of a long log are too large.
+_ROWS_AT_ONCE = 50_000
 # Blocks whose load and speed differ by less, relative, are at one level.
 _SAME_LEVEL = 0.04
 # Levels that differ by less, relative, are one set point that the rig did not hold.
@@ -31,19 +34,19 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
     follows the slip, or whose load is not held, has one set point.
     """
     all_rows = np.arange(len(run))
-    # in blocks: the signals of all rows of a long log are too large
-    has_level_in_blocks = [
-        np.isfinite(_level_signals(run, row_index)).all(axis=0)
-        for row_index in _blocks(all_rows, _MOST_BLOCKS)
-    ]
+    has_level = np.concatenate(
+        [
+            np.isfinite(_level_signals(run, row_index)).all(axis=0)
+            for row_index in _parts(all_rows, _ROWS_AT_ONCE)
+        ]
+    )
     # at standstill and without load there is no level
-    usable_index = np.flatnonzero(np.concatenate(has_level_in_blocks))
+    usable_index = np.flatnonzero(has_level)
     if len(usable_index) < 2 * _FEWEST_ROWS:
         return [all_rows]
-    blocks = _blocks(usable_index, _MOST_BLOCKS)
-    medians = np.stack(
-        [np.median(_level_signals(run, row_index), axis=1) for row_index in blocks], axis=1
-    )
+    rows_per_block = -(-len(usable_index) // _MOST_BLOCKS)
+    blocks = _parts(usable_index, rows_per_block)
+    medians = _medians_of_parts(run, usable_index, rows_per_block)
     first_blocks = _first_block_of_each_sweep(medians)
     first_row_of_sweeps = [
         _row_of_change(run, blocks[block_index - 1], blocks[block_index])
@@ -57,15 +60,29 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
     return np.split(all_rows, first_row_of_sweeps)
 
 
-def _blocks(row_index: IndexArray, most_blocks: int) -> list[IndexArray]:
-    """Indices of rows in blocks of equal length, the last one perhaps shorter.
+def _parts(row_index: IndexArray, rows_per_part: int) -> list[IndexArray]:
+    """Indices of rows in parts of equal length, the last one perhaps shorter.
 
     Args:
-        row_index: Indices of the rows; without any there is one empty block.
-        most_blocks: Largest number of blocks.
+        row_index: Indices of the rows; without any there is one empty part.
+        rows_per_part: Number of rows of each part but the last one.
     """
-    rows_per_block = max(-(-len(row_index) // most_blocks), 1)
-    return np.split(row_index, range(rows_per_block, len(row_index), rows_per_block))
+    return np.split(row_index, range(rows_per_part, len(row_index), rows_per_part))
+
+
+def _medians_of_parts(run: LoggedRun, row_index: IndexArray, rows_per_part: int) -> FloatArray:
+    """Medians of the signals of rows in parts, as `_parts` makes them, shape (3, parts)."""
+    parts_at_once = -(-_ROWS_AT_ONCE // rows_per_part)
+    medians = []
+    for rows in _parts(row_index, parts_at_once * rows_per_part):
+        signals = _level_signals(run, rows)
+        rows_in_full_parts = len(rows) - len(rows) % rows_per_part
+        full_parts = signals[:, :rows_in_full_parts].reshape(3, -1, rows_per_part)
+        medians.append(np.median(full_parts, axis=2))
+        if rows_in_full_parts < len(rows):
+            last_part = signals[:, rows_in_full_parts:]
+            medians.append(np.median(last_part, axis=1, keepdims=True))
+    return np.concatenate(medians, axis=1)
 
 
 def _level_signals(run: LoggedRun, row_index: IndexArray) -> FloatArray:
@@ -114,12 +131,16 @@ def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:
     Args:
         medians: Logarithms of load and speed, and the slip, of each block, shape (3, blocks).
     """
-    load_and_speed, slip = medians[:2], medians[2]
+    slip = medians[2]
     block_count = len(slip)
+    # lists: for so few numbers the medians of NumPy take five times as long
+    load_and_speed = medians[:2].tolist()
     start_blocks = [0]
     for block in range(1, block_count):
-        level = np.median(load_and_speed[:, start_blocks[-1] : block], axis=1)
-        if (np.abs(load_and_speed[:, block] - level) > _SAME_LEVEL).any():
+        if any(
+            abs(logarithms[block] - median(logarithms[start_blocks[-1] : block])) > _SAME_LEVEL
+            for logarithms in load_and_speed
+        ):
             start_blocks.append(block)
     stop_blocks = [
         stop_block
@@ -136,14 +157,14 @@ def _are_set_points(stretches: Iterable[FloatArray]) -> bool:
     Args:
         stretches: Logarithms of load and speed in each stretch, shape (2, rows).
     """
-    medians: list[FloatArray] = []
+    levels: list[FloatArray] = []
     for stretch in stretches:
-        median = np.median(stretch, axis=1)
-        medians.append(median)
-        is_at_level = (np.abs(stretch - median[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
+        level = np.median(stretch, axis=1)
+        levels.append(level)
+        is_at_level = (np.abs(stretch - level[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
         if stretch.shape[1] < _FEWEST_ROWS or is_at_level.mean() < _SHARE_AT_LEVEL:
             return False
     return all(
         np.abs(later - earlier).max() >= np.log1p(_SMALLEST_CHANGE)
-        for earlier, later in pairwise(medians)
+        for earlier, later in pairwise(levels)
     )
