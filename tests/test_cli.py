@@ -299,6 +299,7 @@ def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFix
         assert float(uncertainty_after) == pytest.approx(float(whole_uncertainty[1]), rel=0.1)
 
 
+@pytest.mark.nightly
 def test_no_traction_is_planned_for_a_torque_that_hangs_on_something_else(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -16,6 +16,7 @@ from matplotlib.figure import Figure
 
 import oilfilm
 from known_laws import known_law
+from nights import quick_ones
 from oilfilm.api.arrays import ArrayFit
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.settings.config import FitSettings
@@ -318,7 +319,7 @@ def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataF
     assert "1 GPa only" in text
 
 
-@pytest.mark.parametrize("seed", [2, 3, 4])
+@pytest.mark.parametrize("seed", quick_ones([2, 3, 4], [2]))
 def test_twelve_runs_with_scattered_loads_are_not_called_changed(seed: int) -> None:
     """As the tutorial's logs; each was called changed by a split into two kinds by chance."""
     random, law = np.random.default_rng(1000 + seed), known_law("4102")
@@ -355,7 +356,7 @@ def test_a_level_that_the_next_run_does_not_have_is_told(fitted: ArrayFit) -> No
         fitted.predict(1.2, 30, 70, 0.05, level=0.99)
 
 
-@pytest.mark.parametrize("coldest_c", [-10.0, 0.0, 0.5])
+@pytest.mark.parametrize("coldest_c", quick_ones([-10.0, 0.0, 0.5], [-10.0]))
 def test_cold_tests_are_fitted_where_the_law_has_a_value(coldest_c: float) -> None:
     temperatures = coldest_c + np.array([0.0, 30.0, 70.0])
     grid = np.meshgrid([1.0, 1.25, 1.5], [25, 32, 40], temperatures, [0.01, 0.03, 0.1, 0.3])

@@ -12,7 +12,7 @@ import pytest
 from campaigns import printed
 from fit_points import LAW
 from measured_surfaces import with_measured_surface
-from nights import quick_ones
+from nights import nightly, quick_ones
 from oilfilm import tables
 from oilfilm.fits.conditions import FixedCondition, fixed_to_text
 from oilfilm.fits.fit import fit_oil
@@ -97,7 +97,7 @@ DRIFTS = {
 }
 
 
-@pytest.mark.parametrize("name", DRIFTS)
+@pytest.mark.parametrize("name", quick_ones(DRIFTS, ["mu falls", "load cell"]))
 def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
     drift, course, size = DRIFTS[name]
     row = verdict(config, points_of(config, drift, 1))
@@ -119,7 +119,7 @@ def test_a_blend_that_grows_is_found(config: Settings) -> None:
     assert row["change_course"] in ("trend", "from")
 
 
-@pytest.mark.parametrize("is_pressure_known", [True, False])
+@pytest.mark.parametrize("is_pressure_known", [nightly(True), False])
 def test_a_change_is_named_about_a_law_of_the_load(
     config: Settings, is_pressure_known: bool
 ) -> None:
@@ -193,7 +193,7 @@ def test_no_change_is_named_where_the_settings_ask_for_more(config: Settings) ->
 
 
 # `make bench NAME=steadiness` judges 300 clean campaigns
-@pytest.mark.parametrize("seed", [100, 101])
+@pytest.mark.parametrize("seed", quick_ones([100, 101], [100]))
 def test_a_clean_campaign_raises_no_alarm(config: Settings, seed: int) -> None:
     row = verdict(config, points_of(config, Drift(), seed))
     assert (row["campaign_verdict"], row["law_verdict"]) == ("steady", "adequate")
@@ -224,7 +224,7 @@ def smooth_step(*at: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize("name", ["heated film", "smooth step"])
+@pytest.mark.parametrize("name", quick_ones(["heated film", "smooth step"], ["heated film"]))
 def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str) -> None:
     truth = heated_film_truth("4050") if name == "heated film" else smooth_step
     row = verdict(config, points_of(config, Drift(), 4, truth=truth))

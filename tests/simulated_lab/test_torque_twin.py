@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import numpy as np
+import pytest
 
 from bearings import RPM, in_operation, problem, shipped
 from campaigns import ROOT, Campaign, printed
@@ -44,6 +45,7 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     assert (truth["law_misfit"] == 0).all()
 
 
+@pytest.mark.nightly
 def test_torque_by_a_heated_film_falls_when_the_oil_is_warmer() -> None:
     # each node of the contact has its own pressure: this truth is a law of certain nodes
     matrix = {"axial_load_n": [20000], "inner_speed_rpm": [6000], "oil_temperature_c": [70, 100]}

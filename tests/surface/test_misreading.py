@@ -7,7 +7,7 @@ import pytest
 import scipy.stats
 
 from lawless_truths import TRUTHS
-from nights import quick_ones
+from nights import nightly, quick_ones
 from oilfilm.surface.effects import RunErrorSizes
 from oilfilm.surface.misreading import misread_runs
 from oilfilm.surface.relabelled import Relabelled
@@ -30,7 +30,9 @@ def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
 
 
 @pytest.mark.parametrize("truth", quick_ones(["own", "jt"], ["jt"]))
-@pytest.mark.parametrize(("quantity", "factor"), [("speed", 2.0), ("slip", 2.0), ("slip", 0.5)])
+@pytest.mark.parametrize(
+    ("quantity", "factor"), [("speed", 2.0), nightly("slip", 2.0), ("slip", 0.5)]
+)
 def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
     surface, few = surface_of(truth, **{f"{quantity}_factor": factor})
     day = np.arange(24) < 12

@@ -194,7 +194,7 @@ def test_rigs_of_which_only_the_mean_is_not_known_resolve_all_but_one(rig_count)
     assert resolved_count(np.eye(rig_count)) == 0
 
 
-@pytest.mark.parametrize("new_numbers", [(7, 1, 4), (4, 7, 1), (2, 1, 0)])
+@pytest.mark.parametrize("new_numbers", quick_ones([(7, 1, 4), (4, 7, 1), (2, 1, 0)], [(4, 7, 1)]))
 def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted, new_numbers):
     random = np.random.default_rng(32)
     curves = random.permutation(len(measured.conditions))

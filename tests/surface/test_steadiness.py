@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from lawless_truths import TRUTHS
+from nights import quick_ones
 from oilfilm.surface.steadiness import (
     ChangeSizes,
     SteadinessLimits,
@@ -42,7 +43,7 @@ def test_a_steady_campaign_raises_no_alarm():
     assert not change.is_alarm
 
 
-@pytest.mark.parametrize("truth", ["jt", "own"])
+@pytest.mark.parametrize("truth", quick_ones(["jt", "own"], ["jt"]))
 def test_a_step_of_the_force_is_named_with_its_runs_whether_or_not_a_law_is_true(truth):
     measured, curves = campaign(np.where(TIME >= 14, 1.05, 1.0), truth)
     change = largest_change(covariance_of(measured), TIME[curves])

@@ -149,6 +149,7 @@ def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, o
     assert "row 4: 'later.csv' matches no log" in listed
 
 
+@pytest.mark.nightly
 def test_touched_log_makes_nothing_run_again(project: Path, own: Path) -> None:
     (own / "4102_P1.50_U40_T120.csv").touch()
     assert planned(project, *OWN) == {}
