@@ -299,7 +299,7 @@ def test_rules_and_one_oil_everywhere_are_as_good_as_recomputed() -> None:
     parts = []
     for oil, rows in in_operation.groupby("oil", sort=False):
         speed = rows["inner_speed_rpm"].to_numpy() * RPM
-        points = OperatingPoints.axial(rows["axial_load_n"].to_numpy(), speed)
+        points = OperatingPoints.from_load_and_speed(rows["axial_load_n"].to_numpy(), speed)
         of_drawing = friction_equilibrium(problem(shipped("mainshaft-167"), points, str(oil)))
         unknown = dict.fromkeys((*CONDITIONS, "slide_roll_ratio"), (np.nan, np.nan))
         terms = torque_terms(of_drawing, unknown)

@@ -66,7 +66,7 @@ LAW_ALONE = SETTINGS.with_changes(
         "bearing": {
             **{
                 f"{name}_range": [value * (1 - 1e-9), value]
-                for name, (value, _, _) in SETTINGS.bearing.uncertain().items()
+                for name, (value, _, _) in SETTINGS.bearing.uncertain_inputs().items()
             },
             "term_uncertainty": dict.fromkeys(FACTOR_TERMS, 0.0),
             "stand_in_uncertainty": {"viscosity": 0.0, "pressure_viscosity_coefficient": 0.0},

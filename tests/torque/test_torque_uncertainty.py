@@ -10,7 +10,7 @@ from scipy.special import ndtri
 from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.inputs import Inputs, UncertainInput
+from oilfilm.bearing.inputs import InputValues, UncertainInput
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
@@ -36,9 +36,9 @@ SHIPPED = shipped("mainshaft-167")
 # Its inputs are known exactly, so that a test draws what it names.
 BEARING = replace(
     SHIPPED,
-    uncertain={
+    uncertain_inputs={
         name: UncertainInput(value, value, value)
-        for name, (value, _, _) in SHIPPED.uncertain.items()
+        for name, (value, _, _) in SHIPPED.uncertain_inputs.items()
     },
 )
 EXACT = dict.fromkeys(FACTOR_TERMS, 0.0)
@@ -312,8 +312,10 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
 
 def test_shares_of_variance_are_those_of_an_independent_variation():
     # two causes with known slopes: all traction by 5 % in a run, and the flow from 4 to 16 L/min
-    flow = SHIPPED.uncertain["feed_flow_m3_s"]
-    bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
+    flow = SHIPPED.uncertain_inputs["feed_flow_m3_s"]
+    bearing = replace(
+        BEARING, uncertain_inputs={**BEARING.uncertain_inputs, "feed_flow_m3_s": flow}
+    )
     oil_with_run_error = oil(
         "4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), run_sd=0.05
     )
@@ -329,7 +331,10 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     def torque_with(factor: float, flow_m3_s: float) -> float:
         changed_bearing = replace(
             bearing,
-            uncertain={**bearing.uncertain, "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3)},
+            uncertain_inputs={
+                **bearing.uncertain_inputs,
+                "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3),
+            },
         )
         frame = pd.DataFrame([{**LOAD_SPEED_TEMPERATURE, "traction_factor": factor}])
         return float(
@@ -502,16 +507,19 @@ def held_by_interval(oil_name: str, seed: int, answer_count: int = 1) -> tuple[f
     return share_held[0], share_held[1]
 
 
-def own_draw(random: np.random.Generator, point_count: int) -> Inputs:
+def own_draw(random: np.random.Generator, point_count: int) -> InputValues:
     """Inputs from the ranges of bearing and settings, by this test's own numbers.
 
     Half of the values are below the stated value, half above.
     """
     drawn = {}
-    for name, (value, low, high) in {**SHIPPED.uncertain, **SETTINGS.uncertain()}.items():
+    for name, (value, low, high) in {
+        **SHIPPED.uncertain_inputs,
+        **SETTINGS.uncertain_inputs(),
+    }.items():
         below = random.uniform(low, value, point_count)
         above = random.uniform(value, high, point_count)
         drawn[name] = np.where(random.random(point_count) < 0.5, below, above)
         if value in (low, high):
             drawn[name] = random.uniform(low, high, point_count)
-    return Inputs(**drawn)
+    return InputValues(**drawn)

@@ -9,7 +9,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
@@ -75,7 +75,7 @@ def _truth_rows(
         )
     law_misfit = misfit(true_traction, settings)
     torque_n_m = equilibrium.torque_n_m()
-    traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
+    traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEAT_TERMS.index("traction")]
     rows_by_log = []
     for run_index, run in enumerate(runs):
         first_index = run_index * len(speeds)

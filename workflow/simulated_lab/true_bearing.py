@@ -16,10 +16,10 @@ from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.bearing.torque import film_ratio
+from oilfilm.bearing.torque import worst_lambda_ratio
 from oilfilm.settings.resolved import Settings
 from simulated_lab.truth import TrueTraction, true_tractions
 
@@ -62,13 +62,13 @@ def true_problem(
     )
     problem = FrictionProblem(
         bearing,
-        OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM),
+        OperatingPoints.from_load_and_speed(load_n, speed_rpm * RAD_S_PER_RPM),
         lubrication,
         true_traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
-    inputs = Inputs.without_draws(
-        {**bearing.uncertain, **settings.bearing.uncertain()}, len(speed_rpm)
+    inputs = InputValues.nominal(
+        {**bearing.uncertain_inputs, **settings.bearing.uncertain_inputs()}, len(speed_rpm)
     )
     if true_traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
@@ -99,7 +99,7 @@ def true_map(
             true_problem(settings, str(oil), true_traction, operating_points, _QUADRATURE)
         )
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
-        lambda_ratio, _ = film_ratio(equilibrium)
+        lambda_ratio, _ = worst_lambda_ratio(equilibrium)
         true_values = (
             equilibrium.cage_slip(),
             equilibrium.torque_n_m(),

@@ -10,7 +10,7 @@ from matplotlib.patches import Patch
 
 from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
 from oilfilm.base.units import RAD_S_PER_RPM
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
@@ -70,13 +70,13 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     ]
     speed_rad_s = tests["inner_speed_rpm"] * RAD_S_PER_RPM
     # feed oil of unknown flow adds nothing
-    power_of_terms = [tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
+    power_of_terms = [tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEAT_TERMS]
     speed_1000_rpm = tests["inner_speed_rpm"] / 1e3
-    colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
+    colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEAT_TERMS)))
     areas = panel.axis.stackplot(
         speed_1000_rpm,
         power_of_terms,
-        labels=HEATS,
+        labels=HEAT_TERMS,
         colors=colour_of_terms,
         edgecolor="white",
         linewidth=0.3,
@@ -88,7 +88,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     # not in the colour of an oil; the rim shows it on dark areas
     dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dot_look["markersize"] = 4
-    for term, power in zip(HEATS, power_of_terms, strict=True):
+    for term, power in zip(HEAT_TERMS, power_of_terms, strict=True):
         panel.keep(term, speed_1000_rpm, power, oil=oil)
     power_interval = {"lower": tests["power_low_w"], "upper": tests["power_high_w"]}
     panel.keep("sum", speed_1000_rpm, tests["power_w"], oil=oil, **power_interval)

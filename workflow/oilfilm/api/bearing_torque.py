@@ -18,7 +18,7 @@ from oilfilm.api.axes import given_or_new
 from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.settings.resolve import campaign_names, named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -89,7 +89,9 @@ class BearingTorque:
         """
         points = self._rows_of_oil(self.answers.points)
         key_columns = ["oil", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-        torque_by_part = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
+        torque_by_part = points[[f"{part}_torque_n_m" for part in HEAT_TERMS]].set_axis(
+            HEAT_TERMS, axis=1
+        )
         return points[key_columns].join(torque_by_part).reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:

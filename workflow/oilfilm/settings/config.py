@@ -432,7 +432,7 @@ class BearingSettings(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, UncertainInput]:
+    def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs that are settings of all bearings."""
         return uncertain_in_all_bearings(self)
 

@@ -260,7 +260,7 @@ class MountingKeys(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, UncertainInput]:
+    def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs, with interferences on the radius in m."""
         on_radius = M_PER_UM / 2
         return {
@@ -299,7 +299,7 @@ class OilSupplyKeys(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, UncertainInput]:
+    def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs."""
         return {
             "feed_flow_m3_s": with_range(self, "flow_l_min", _M3_S_PER_L_MIN),
@@ -421,7 +421,7 @@ class BearingFile(Group):
         ball_rq_m = rq_from_ra(self.ball_roughness_ra_um * M_PER_UM)
         race_rq_m = rq_from_ra(self.race_roughness_ra_um * M_PER_UM)
         feed_inputs = (
-            _UNKNOWN_FEED_INPUTS if self.oil_supply is None else self.oil_supply.uncertain()
+            _UNKNOWN_FEED_INPUTS if self.oil_supply is None else self.oil_supply.uncertain_inputs()
         )
         return Bearing(
             name=name,
@@ -434,11 +434,11 @@ class BearingFile(Group):
             ball_density_kg_m3=self.ball.density_kg_m3,
             roughness_rq_m=float(combined_roughness(ball_rq_m, race_rq_m)),
             cage=Cage(
-                guided_by_outer=self.cage.guidance == "outer",
+                guided_by_outer_ring=self.cage.guidance == "outer",
                 **self.cage.model_dump(exclude={"guidance"}),
             ),
             rings=self._rings(),
-            uncertain=self.mounting.uncertain() | feed_inputs,
+            uncertain_inputs=self.mounting.uncertain_inputs() | feed_inputs,
         )
 
     def _rings(self) -> Rings:

@@ -13,10 +13,10 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
-from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
+from oilfilm.bearing.equilibria import NearbyEquilibria, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication, momentum_torque_n_m
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
@@ -152,7 +152,7 @@ class Cases:
     """
 
     def __init__(
-        self, bearing: Bearing, groups: Sequence[CaseGroup], inputs: Inputs | None = None
+        self, bearing: Bearing, groups: Sequence[CaseGroup], inputs: InputValues | None = None
     ) -> None:
         """Join the points of all groups.
 
@@ -186,12 +186,13 @@ class Cases:
         law = join_laws(self.law_of_group, self._point_counts)
         load_n = self.points["axial_load_n"].to_numpy(dtype=float)
         speed_rpm = self.points["inner_speed_rpm"].to_numpy(dtype=float)
-        operating_points = OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM)
+        operating_points = OperatingPoints.from_load_and_speed(load_n, speed_rpm * RAD_S_PER_RPM)
         if inputs is None:
-            inputs = Inputs.joined(
+            inputs = InputValues.joined(
                 [
-                    Inputs.without_draws(
-                        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+                    InputValues.nominal(
+                        {**bearing.uncertain_inputs, **oil.bearing_settings.uncertain_inputs()},
+                        len(points),
                     )
                     for oil, _, points in groups
                 ]
@@ -199,13 +200,13 @@ class Cases:
         problem = FrictionProblem(bearing, operating_points, lubrication, law)
         self.problem = problem.with_inputs(inputs)
 
-    def calculate(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
+    def calculate(self, nearby_equilibria: NearbyEquilibria | None = None) -> pd.DataFrame:
         """Friction at every point, with the columns of `torque_terms`; null without equilibrium.
 
         Args:
-            neighbour: Equilibria with other constants; see `friction_equilibrium`.
+            nearby_equilibria: Equilibria with other constants; see `friction_equilibrium`.
         """
-        return self._terms(friction_equilibrium(self.problem, neighbour))
+        return self._terms(friction_equilibrium(self.problem, nearby_equilibria))
 
     def _terms(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
         """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
@@ -662,21 +663,21 @@ def _traction_torque_uncertainty_n_m(
         term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
     }
     # drag is proportional to the oil's share of the volume, which is above 0
-    oil_volume_fraction = bearing_settings.uncertain()["oil_volume_fraction"]
+    oil_volume_fraction = bearing_settings.uncertain_inputs()["oil_volume_fraction"]
     relative_uncertainty_by_term["drag"] = (
         oil_volume_fraction.quantiles(probabilities).std() / oil_volume_fraction.value
     )
     # the momentum has an uncertainty also where its value is 0
     carried_flow_sd_m3_s = _sd_of_product(
-        bearing.uncertain["feed_flow_m3_s"].quantiles(probabilities),
-        bearing.uncertain["momentum_share"].quantiles(probabilities),
+        bearing.uncertain_inputs["feed_flow_m3_s"].quantiles(probabilities),
+        bearing.uncertain_inputs["momentum_share"].quantiles(probabilities),
     )
     uncertainties_n_m = [
         _calibration_uncertainty_n_m(plateaus, settings),
         momentum_torque_n_m(
             carried_flow_sd_m3_s * _density_kg_m3(oils, plateaus),
             plateaus["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM,
-            bearing.groove_bottom_m[0],
+            bearing.groove_bottom_radius_m[0],
         ),
     ]
     for term, relative_uncertainty in relative_uncertainty_by_term.items():
@@ -870,7 +871,7 @@ def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
         land_clearance_m=size_factor * bearing.cage.land_clearance_m,
     )
     scaled_inputs = {
-        name: bearing.uncertain[name].scaled(size_factor**power)
+        name: bearing.uncertain_inputs[name].scaled(size_factor**power)
         for name, power in _SIZE_POWERS.items()
     }
     return replace(
@@ -878,7 +879,7 @@ def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
         ball_diameter_m=size_factor * bearing.ball_diameter_m,
         pitch_diameter_m=size_factor * bearing.pitch_diameter_m,
         cage=cage,
-        uncertain={**bearing.uncertain, **scaled_inputs},
+        uncertain_inputs={**bearing.uncertain_inputs, **scaled_inputs},
     )
 
 

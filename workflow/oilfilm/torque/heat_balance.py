@@ -14,9 +14,9 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.units import RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
-from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
+from oilfilm.bearing.equilibria import NearbyEquilibria, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, OilSupply
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import required_value
@@ -224,8 +224,8 @@ def _heated_cases(
     inlet_temperature_c = points["inlet_temperature_c"].to_numpy(dtype=float)
     inlet_density_kg_m3 = oil.properties.density_kg_m3(inlet_temperature_c)
     volume_ratio = inlet_density_kg_m3 / oil.properties.density_kg_m3(contact_temperature_c)
-    inputs = Inputs.without_draws(
-        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+    inputs = InputValues.nominal(
+        {**bearing.uncertain_inputs, **oil.bearing_settings.uncertain_inputs()}, len(points)
     )
     heated_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=contact_temperature_c)
     return Cases(
@@ -243,7 +243,9 @@ def _friction_with_heated_oil(
     inlet_problem = Cases(bearing, [CaseGroup(oil, "stress", points[_POINT_COLUMNS])]).problem
     inlet_equilibrium = friction_equilibrium(inlet_problem)
     # the motion at the last temperature of each point
-    latest_motion = Neighbour.from_unknowns(inlet_problem, inlet_equilibrium.solution.unknowns)
+    latest_motion = NearbyEquilibria.from_unknowns(
+        inlet_problem, inlet_equilibrium.solution.unknowns
+    )
 
     def friction_heat_w(contact_temperature_c: FloatArray, point_index: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""

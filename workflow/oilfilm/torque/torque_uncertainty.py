@@ -31,11 +31,11 @@ import scipy
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
-from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
-from oilfilm.bearing.friction import COARSE_QUADRATURE, FrictionEquilibrium, FrictionProblem
-from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
-from oilfilm.bearing.resistance import FACTORS
-from oilfilm.bearing.torque import film_ratio
+from oilfilm.bearing.equilibria import NearbyEquilibria, friction_equilibrium
+from oilfilm.bearing.friction import COARSE_NODE_COUNTS, FrictionEquilibrium, FrictionProblem
+from oilfilm.bearing.inputs import INPUT_NAMES, InputValues
+from oilfilm.bearing.resistance import FACTOR_NAMES
+from oilfilm.bearing.torque import worst_lambda_ratio
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.config import BearingSettings, TorqueDrawSettings
@@ -230,22 +230,22 @@ class RandomDraws:
             )
         self._coarse_problem = replace(
             equilibrium.problem.at_points(self.drawn_point_index),
-            rule=gauss_rule(*COARSE_QUADRATURE),
+            rule=gauss_rule(*COARSE_NODE_COUNTS),
         )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
-        # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
-        neighbour = Neighbour.from_unknowns(
+        # while the branch exists. Otherwise its equilibrium is searched from the rolling cage.
+        nearby_equilibria = NearbyEquilibria.from_unknowns(
             self._coarse_problem, equilibrium.solution.unknowns[self.drawn_point_index]
         )
-        without_draws = friction_equilibrium(self._coarse_problem, neighbour)
-        self._start_neighbour = Neighbour.from_unknowns(
-            self._coarse_problem, without_draws.solution.unknowns
+        nominal = friction_equilibrium(self._coarse_problem, nearby_equilibria)
+        self._start_equilibria = NearbyEquilibria.from_unknowns(
+            self._coarse_problem, nominal.solution.unknowns
         )
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
         fine_results = (
             calculated.iloc[self.drawn_point_index][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
         )
-        correction = fine_results - _results(without_draws)
+        correction = fine_results - _results(nominal)
         is_same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
         self._correction = np.where(is_same_branch, correction, 0.0)
 
@@ -367,8 +367,10 @@ class RandomDraws:
         for chunk_start in range(0, len(position_in_drawn), points_at_once):
             positions_of_chunk = position_in_drawn[chunk_start : chunk_start + points_at_once]
             problem = self._drawn_problem(numbers_of_group, positions_of_chunk, draw_count)
-            neighbour = self._start_neighbour.at_points(np.repeat(positions_of_chunk, draw_count))
-            drawn_results = _results(friction_equilibrium(problem, neighbour))
+            nearby_equilibria = self._start_equilibria.at_points(
+                np.repeat(positions_of_chunk, draw_count)
+            )
+            drawn_results = _results(friction_equilibrium(problem, nearby_equilibria))
             drawn_results = np.swapaxes(
                 drawn_results.reshape(len(DRAWN_RESULTS), len(positions_of_chunk), draw_count), 1, 2
             )
@@ -390,7 +392,10 @@ class RandomDraws:
         lubrication = problem.lubrication
         # the shared numbers are the same in every group
         shared_numbers = numbers_of_group[0]
-        uncertain_input_by_name = {**problem.bearing.uncertain, **self._settings.uncertain()}
+        uncertain_input_by_name = {
+            **problem.bearing.uncertain_inputs,
+            **self._settings.uncertain_inputs(),
+        }
         probability_by_input = {
             name: np.tile(scipy.special.ndtr(shared_numbers[name]), point_count)
             for name in INPUT_NAMES
@@ -398,7 +403,7 @@ class RandomDraws:
         factors = lubrication.factors.copy()
         for term in FACTOR_TERMS:
             factor = random_factor(self._settings, term, shared_numbers[term])
-            factors[:, FACTORS.index(term)] *= np.tile(factor, point_count)
+            factors[:, FACTOR_NAMES.index(term)] *= np.tile(factor, point_count)
         numbers_of_point = [numbers_of_group[group_index] for group_index in group_of_point]
         run_sd_of_point = [
             np.nan_to_num(self._groups[group_index].law.fitted.coefficients.run_sd)
@@ -413,7 +418,9 @@ class RandomDraws:
                 strict=True,
             )
         ]
-        factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors_of_point))
+        factors[:, FACTOR_NAMES.index("traction")] *= np.exp(
+            np.concatenate(traction_errors_of_point)
+        )
         stand_in_uncertainty = self._settings.stand_in_uncertainty
         is_stand_in = np.repeat(
             [self._groups[group_index].oil.stand_in for group_index in group_of_point], draw_count
@@ -452,7 +459,7 @@ class RandomDraws:
             lubrication=replace(lubrication, inlet_oil=drawn_inlet_oil, factors=factors),
         )
         return drawn_problem.with_inputs(
-            Inputs.drawn(uncertain_input_by_name, probability_by_input)
+            InputValues.drawn(uncertain_input_by_name, probability_by_input)
         )
 
 
@@ -531,7 +538,7 @@ def _has_enough_draws(has_equilibrium: BoolArray, lost_share_max: float) -> Bool
 
 def _results(equilibrium: FrictionEquilibrium) -> FloatArray:
     """`DRAWN_RESULTS` of equilibria, shape (3, points); NaN where there is no equilibrium."""
-    lambda_ratio, _ = film_ratio(equilibrium)
+    lambda_ratio, _ = worst_lambda_ratio(equilibrium)
     values = np.stack([equilibrium.torque_n_m(), equilibrium.cage_slip(), lambda_ratio])
     return np.where(equilibrium.solution.converged, values, np.nan)
 
