@@ -29,8 +29,8 @@ from oilfilm.fits.surface_search import with_surface
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
-from oilfilm.torque.answers import CAUSES
-from oilfilm.torque.torque_uncertainty import UNCERTAIN
+from oilfilm.torque.answers import CAUSE_BY_NAME
+from oilfilm.torque.torque_uncertainty import NUMBER_NAMES_OF_CAUSE
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from page_blocks import blocks
 
@@ -171,7 +171,9 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
         "mainshaft-167", 1e4, [[6000], [12000]], 70, "4102", results, CONFIG[1]
     )
     assert answer.to_frame()["torque_n_m"].iloc[1] == pytest.approx(torque, rel=5e-3)
-    assert set(answer.shares()["variance_cause"]) == set(UNCERTAIN) == set(CAUSES)
+    assert (
+        set(answer.shares()["variance_cause"]) == set(NUMBER_NAMES_OF_CAUSE) == set(CAUSE_BY_NAME)
+    )
     # the terms add up to the moment that turns the inner ring
     parts = answer.parts().set_index("inner_speed_rpm").loc[12000, list(HEAT_TERMS)]
     assert parts.sum() == pytest.approx(torque, rel=5e-3)
@@ -267,7 +269,7 @@ def test_python_of_the_page_on_bearings_does_what_it_says(
     answer = variables["answer"]
     # one row per oil and operating point, and one per cause
     assert len(answer.to_frame()) == 3
-    assert len(answer.shares()) == 3 * len(UNCERTAIN)
+    assert len(answer.shares()) == 3 * len(NUMBER_NAMES_OF_CAUSE)
     assert answer.plot().get_xlabel() == "Speed of the inner ring (rpm)"
 
 

@@ -30,8 +30,8 @@ from oilfilm.bearing.resistance import Lubrication
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
-from oilfilm.torque.torque_control import without_bistable
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, certainty_of_best_oil
+from oilfilm.torque.torque_control import drop_bistable_plateaus
 from simulated_lab import true_bearing
 from simulated_lab.printed import PrintedCoefficients
 
@@ -70,7 +70,7 @@ def of_advice(campaign: str) -> dict[str, Any]:
     judged = table(campaign, "slip_advice")["judgement"].value_counts()
     others = ("heats more", "slips more", "rule has none")
     found = dict.fromkeys(others, 0) | dict(judged)
-    best = stays_best(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
+    best = certainty_of_best_oil(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
     found |= {"mapped": len(best), "surely": best["surely"].sum(), "no_film": judged["no film"]}
     by_truth = table(campaign, "slip_advice")["true_judgement"].value_counts()
     by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
@@ -455,7 +455,7 @@ def of_thermal() -> dict[str, Any]:
 
 def of_torque(campaign: str) -> dict[str, Any]:
     """By load variable: median and largest error of torque and of traction's part, in percent."""
-    rows = without_bistable(table(campaign, "torque"))
+    rows = drop_bistable_plateaus(table(campaign, "torque"))
     truth = table(campaign, "torque_truth", "twin")
     # levels of speed are thousands of rpm apart
     truth, rows = (each.assign(speed=each["inner_speed_rpm"].round(-3)) for each in (truth, rows))

@@ -6,7 +6,7 @@ import pytest
 
 from campaigns import ROOT, printed
 from oilfilm.settings.resolve import resolve
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_in_bearings
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, oils_in_bearings
 from planted_fits import printed_fits
 from simulated_lab.true_bearing import true_map
 
@@ -24,7 +24,7 @@ def by_law(changed: float = 1.0) -> pd.DataFrame:
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     oils = [oil for oil in oils_in_bearings(*printed_fits(), settings) if oil.name == "4050"]
     points = POINTS.assign(traction_factor=changed)
-    calculated = Cases(
+    calculated = FrictionCases(
         settings.tested_bearing(), [CaseGroup(oil, "stress", points) for oil in oils]
     ).calculate()
     for name in ("cage_slip", "torque_n_m"):

@@ -21,7 +21,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import (
     _TRACTION_FACTORS,
     OilInBearing,
-    _nearest_pair,
+    _nearest_pair_index,
     cage_slip_table,
     oils_in_bearings,
     size_effect_table,
@@ -111,7 +111,7 @@ def test_of_two_factors_as_far_from_the_law_the_weaker_traction_is_taken():
     pairs = len(_TRACTION_FACTORS) - 1
     for lower in range(pairs // 2):
         mirrored = np.isin(np.arange(pairs), [lower, pairs - 1 - lower])
-        assert _nearest_pair(mirrored[:, np.newaxis]).tolist() == [lower]
+        assert _nearest_pair_index(mirrored[:, np.newaxis]).tolist() == [lower]
 
 
 def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(config, oils):

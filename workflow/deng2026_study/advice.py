@@ -30,15 +30,14 @@ from deng2026_study.settings import SelectionLimits, SelectionSettings, study_se
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds, reaches
-from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, OilInBearing, stack_tables
 from oilfilm.torque.best_oil import (
-    IntArray,
     arrays_by_oil,
+    certain_and_possible_full_film,
     distinct_operating_points,
-    enough_film,
     find_best_oil,
 )
 from simulated_lab.true_bearing import true_map
@@ -121,7 +120,7 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction_source: s
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
     band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return stacked([band.assign(traction=traction_source)], "advice_band")
+    return stack_tables([band.assign(traction=traction_source)], "advice_band")
 
 
 def advice_by_truth(
@@ -164,9 +163,9 @@ def advice_by_truth(
     advice_of_law = advice.drop(columns=["true_best_oil", "true_judgement"])
     with_truth = advice_of_law.merge(truth_columns, on=key_columns, how="left")
     return {
-        "slip_advice": stacked([with_truth], "slip_advice"),
-        "advice_band": stacked([band, band_of_truth], "advice_band"),
-        "true_cage_slip": stacked([true_slip], "true_cage_slip"),
+        "slip_advice": stack_tables([with_truth], "slip_advice"),
+        "advice_band": stack_tables([band, band_of_truth], "advice_band"),
+        "true_cage_slip": stack_tables([true_slip], "true_cage_slip"),
     }
 
 
@@ -182,7 +181,7 @@ def _slip_at_band_temperatures(
     ]
     if not groups:
         return cage_slip
-    calculated = Cases(settings.tested_bearing(), groups).calculate()
+    calculated = FrictionCases(settings.tested_bearing(), groups).calculate()
     return pd.concat([cage_slip, calculated], ignore_index=True)
 
 
@@ -216,7 +215,7 @@ def advise(
     if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
     advice = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
-    return stacked([advice], "slip_advice")
+    return stack_tables([advice], "slip_advice")
 
 
 def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap:
@@ -252,7 +251,7 @@ def _judged_advice(
     """
     oil_names, points, slip, torque, lambda_ratio = slip_map
     slip_limit = selection.limits.slip_limit
-    has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
+    has_film, may_have_film = certain_and_possible_full_film(lambda_ratio, lambda_limit)
     is_within_limit = has_film & reaches(slip_limit, slip)
     best_choice = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
     best_oil_index = best_choice.oil_index
@@ -317,7 +316,7 @@ def first_rule_and_oil(
     selection: SelectionSettings,
     oil_names: Sequence[str],
     has_film: BoolArray,
-) -> tuple[IntArray, IntArray]:
+) -> tuple[IndexArray, IndexArray]:
     """At each operating point the index of the first rule that applies, and of the oil it advises.
 
     The index of the oil is -1 where the rule has none with enough film.
@@ -372,7 +371,7 @@ def _rule_and_advised_oil(
     oil_names: Sequence[str],
     selection: SelectionSettings,
     has_film: BoolArray,
-) -> tuple[IntArray, IntArray]:
+) -> tuple[IndexArray, IndexArray]:
     """At each operating point the index of the rule that decides, and of the oil it advises.
 
     Args:
@@ -416,7 +415,7 @@ def _rule_and_advised_oil(
     return rule_index, advised_oil_index
 
 
-def _at_chosen_oil(values: FloatArray | BoolArray, oil_index: IntArray) -> FloatArray:
+def _at_chosen_oil(values: FloatArray | BoolArray, oil_index: IndexArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none."""
     return np.where(oil_index >= 0, values[oil_index, np.arange(len(oil_index))], np.nan)
 

@@ -32,7 +32,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import stays_best
+from oilfilm.torque.best_oil import certainty_of_best_oil
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES
 from simulated_lab.printed import PrintedCoefficients
@@ -410,7 +410,7 @@ def _choice_section(results: CampaignTables) -> Section:
     scenarios = results.advice_band
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged_points["good_oils"].explode().tolist()
-    stability = stays_best(results.cage_slip, STAYS_BEST_SHARE)
+    stability = certainty_of_best_oil(results.cage_slip, STAYS_BEST_SHARE)
     facts_on_choice = facts(
         "deng2026_study/choice.jinja",
         mapped=len(advice),

@@ -28,7 +28,11 @@ from oilfilm.bearing.kinematics import (
     surface_speed_m_s,
 )
 from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
-from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
+from oilfilm.torque.torque_control import (
+    drop_bistable_plateaus,
+    is_bistable,
+    undecided_plateau_count,
+)
 from oilfilm.traction.law import Law
 from oilfilm.traction.laws.deng2026 import DENG2026
 
@@ -879,11 +883,13 @@ def _torque_errors(evidence: Evidence) -> tuple[pd.DataFrame, dict[str, float]]:
         if (evidence.campaign_tables.torque_control["verdict"] == control_verdict).any():
             raise NotCheckableError(control_verdict)
     plateau_and_oil = ["run_id", "first_row", "oil"]
-    certain_rows = without_bistable(torque_rows).set_index([*plateau_and_oil, "load_variable"])
+    certain_rows = drop_bistable_plateaus(torque_rows).set_index(
+        [*plateau_and_oil, "load_variable"]
+    )
     errors = certain_rows["relative_error"].abs().unstack(sort=False)
     errors = errors.reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
     bistable_count = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
-    counts = {"bistable": bistable_count, "undecided": undecided_plateaus(torque_rows)}
+    counts = {"bistable": bistable_count, "undecided": undecided_plateau_count(torque_rows)}
     return errors, {name: float(count) for name, count in counts.items() if count}

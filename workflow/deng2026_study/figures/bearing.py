@@ -16,7 +16,7 @@ from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, certainty_of_best_oil
 
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
@@ -196,7 +196,9 @@ def _draw_oils(
 
 def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
     """Draw dots where one oil stays the best in nearly all draws; return entries of the legend."""
-    surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    surely_best = (
+        certainty_of_best_oil(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    )
     sure_rows = advice.merge(surely_best, on=OPERATING_POINT_COLUMNS).query(
         "surely and best_oil != ''"
     )

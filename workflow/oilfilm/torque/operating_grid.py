@@ -15,7 +15,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
 
 # Names of the axes of a grid: pressure, speed, temperature and slip.
-AXES = (*CONDITIONS, "slide_roll_ratio")
+AXIS_NAMES = (*CONDITIONS, "slide_roll_ratio")
 
 
 @dataclass(frozen=True)
@@ -53,7 +53,7 @@ class Grid:
         """The grid with other levels on some of its axes.
 
         Args:
-            levels: The levels of an axis by its name, one of `AXES`.
+            levels: The levels of an axis by its name, one of `AXIS_NAMES`.
         """
         arrays = {name: np.asarray(values, dtype=float) for name, values in levels.items()}
         return replace(self, **arrays)
@@ -61,7 +61,7 @@ class Grid:
     @property
     def levels(self) -> tuple[FloatArray, ...]:
         """The levels of P, U, T and S."""
-        return tuple(getattr(self, name) for name in AXES)
+        return tuple(getattr(self, name) for name in AXIS_NAMES)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -71,7 +71,9 @@ class Grid:
     def operating_points(self) -> pd.DataFrame:
         """Every point of the grid, one row per point; the slip varies fastest."""
         mesh = np.meshgrid(*self.levels, indexing="ij")
-        return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
+        return pd.DataFrame(
+            {name: values.ravel() for name, values in zip(AXIS_NAMES, mesh, strict=True)}
+        )
 
 
 def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
@@ -89,7 +91,7 @@ def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Film:
+class OilFilm:
     """Film of one oil in one contact.
 
     Attributes:
@@ -102,7 +104,7 @@ class Film:
     oil: Oil
     film_kind: FilmKind
 
-    def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
+    def on_grid(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
 
         They are NaN outside the range of the thermal reduction.
@@ -120,7 +122,7 @@ class Film:
         return thickness_m / M_PER_UM, lambda_ratio
 
 
-def film_by_oil(settings: Settings) -> dict[str, Film]:
+def film_by_oil(settings: Settings) -> dict[str, OilFilm]:
     """Film of each oil with known properties, in the contact of the first rig with a known one."""
     film_contact = None
     for rig in settings.rigs.values():
@@ -131,7 +133,7 @@ def film_by_oil(settings: Settings) -> dict[str, Film]:
     if film_contact is None:
         return {}
     return {
-        name: Film(film_contact, oil.properties(), settings.film.thickness)
+        name: OilFilm(film_contact, oil.properties(), settings.film.thickness)
         for name, oil in settings.oils.items()
         if oil is not None
     }

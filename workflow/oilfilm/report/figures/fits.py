@@ -356,7 +356,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     mu_of_oil = {oil: traction_on_grid(fit, grid) for oil, fit in fit_by_oil.items()}
     lambda_of_oil = {}
     for oil, film in film_by_oil(settings).items():
-        _, lambda_of_oil[oil] = film.over(grid)
+        _, lambda_of_oil[oil] = film.on_grid(grid)
     lambda_limit = settings.gates.lambda_limit
     largest_mu = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
     mu_levels = _levels_up_to(largest_mu)
