@@ -40,14 +40,14 @@ from oilfilm.torque.best_oil import (
     distinct_operating_points,
     find_best_oil,
 )
-from simulated_lab.true_bearing import true_map
+from simulated_lab.true_bearing import true_cage_slip_map
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
-OUTSIDE = "outside the film formula"
+OUTSIDE_FILM_FORMULA = "outside the film formula"
 # The judgement where an oil that may be the best one has no equilibrium.
 NO_EQUILIBRIUM = "no equilibrium"
 # Judgements without a choice: there is nothing that scenarios could disagree about.
-NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
+JUDGEMENTS_WITHOUT_CHOICE = ("no film", OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM)
 # An oil stays the best one if it is the best in at least this share of the draws.
 STAYS_BEST_SHARE = 0.95
 # The traction behind a band: the fitted law, or the truth of a simulated campaign.
@@ -76,7 +76,7 @@ class _SlipMap(NamedTuple):
     lambda_ratio: FloatArray
 
 
-def advice_in_band(
+def advice_tables(
     oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
 ) -> dict[str, pd.DataFrame]:
     """The advice at each operating point, and how often each scenario's advice is good.
@@ -110,11 +110,11 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction_source: s
     selection = study_settings(settings).selection
     slip_map = _slip_map(cage_slip, selection)
     judged_scenarios = [
-        _judged_advice(slip_map, changed_selection, settings.gates.lambda_limit).assign(**scenario)
+        _judge_advice(slip_map, changed_selection, settings.gates.lambda_limit).assign(**scenario)
         for scenario, changed_selection in _scenarios(selection)
     ]
     judged = pd.concat(judged_scenarios)
-    judged = judged[~judged["judgement"].isin(NO_CHOICE)]
+    judged = judged[~judged["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     judged[BY_RULES] = judged["judgement"] == "agree"
     key_columns = ["bearing", *_SCENARIO_COLUMNS, "inlet_temperature_c"]
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
@@ -149,11 +149,11 @@ def advice_by_truth(
             "advice_band": band,
             "true_cage_slip": tables.empty("true_cage_slip"),
         }
-    true_slip = true_map(results.cage_slip, settings, constants)
+    true_slip = true_cage_slip_map(results.cage_slip, settings, constants)
     true_slips = [true_slip]
     for temperature in _missing_temperatures(results.cage_slip, settings):
         rows_at_temperature = results.cage_slip.assign(inlet_temperature_c=temperature)
-        true_slips.append(true_map(rows_at_temperature, settings, constants))
+        true_slips.append(true_cage_slip_map(rows_at_temperature, settings, constants))
     band_of_truth = _advice_band(pd.concat(true_slips), settings, BY_TRUTH)
     judged = advise(true_slip, study_settings(settings).selection, settings.gates.lambda_limit)
     key_columns = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
@@ -214,7 +214,7 @@ def advise(
     """
     if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
-    advice = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
+    advice = _judge_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
     return stack_tables([advice], "slip_advice")
 
 
@@ -237,7 +237,7 @@ def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap
     return _SlipMap(oil_names, points, slip, torque, lambda_ratio)
 
 
-def _judged_advice(
+def _judge_advice(
     slip_map: _SlipMap, selection: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
     """The advice and the best oil at each operating point, and whether they agree.
@@ -263,22 +263,22 @@ def _judged_advice(
     )
     is_film_unknown = (perhaps_advised_oil_index != advised_oil_index) | best_choice.lacks_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
-    best_slip = _at_chosen_oil(slip, best_oil_index)
+    best_slip = _values_of_chosen_oil(slip, best_oil_index)
     best_holds_cage = reaches(slip_limit, best_slip)
     ratio_to_best = np.where(
-        best_holds_cage, torque / _at_chosen_oil(torque, best_oil_index), slip / best_slip
+        best_holds_cage, torque / _values_of_chosen_oil(torque, best_oil_index), slip / best_slip
     )
     is_nearly_best = reaches(1 + selection.indifference, ratio_to_best)
     is_good = has_film & (is_within_limit | ~best_holds_cage) & is_nearly_best
     # the first condition that is met gives the judgement
     is_met_by_judgement = {
         NO_EQUILIBRIUM: best_choice.lacks_equilibrium,
-        OUTSIDE: is_film_unknown,
+        OUTSIDE_FILM_FORMULA: is_film_unknown,
         "no film": best_oil_index < 0,
         "rule has none": advised_oil_index < 0,
-        "agree": _at_chosen_oil(is_good, advised_oil_index) == 1,
+        "agree": _values_of_chosen_oil(is_good, advised_oil_index) == 1,
         "slips more": ~best_holds_cage,
-        "heats more": _at_chosen_oil(is_within_limit, advised_oil_index) == 1,
+        "heats more": _values_of_chosen_oil(is_within_limit, advised_oil_index) == 1,
     }
     judgement = np.select(list(is_met_by_judgement.values()), list(is_met_by_judgement), "slips")
     name_of_index = np.array([*oil_names, ""])
@@ -415,7 +415,7 @@ def _rule_and_advised_oil(
     return rule_index, advised_oil_index
 
 
-def _at_chosen_oil(values: FloatArray | BoolArray, oil_index: IndexArray) -> FloatArray:
+def _values_of_chosen_oil(values: FloatArray | BoolArray, oil_index: IndexArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none."""
     return np.where(oil_index >= 0, values[oil_index, np.arange(len(oil_index))], np.nan)
 

@@ -23,8 +23,8 @@ from oilfilm.bearing.torque import worst_lambda_ratio
 from oilfilm.settings.resolved import Settings
 from simulated_lab.truth import TrueTraction, true_tractions
 
-# Quadrature nodes of the map. A heated film is solved at each of them.
-_QUADRATURE = (8, 2)
+# Quadrature nodes of the map, across and along the ellipse. A heated film is solved at each one.
+_NODE_COUNTS = (8, 2)
 # Columns of the map that depend on the traction.
 _RESULT_COLUMNS = (
     *("cage_slip", "torque_n_m", "lambda_ratio"),
@@ -37,7 +37,7 @@ def true_problem(
     oil: str,
     true_traction: TrueTraction,
     operating_points: tuple[FloatArray, FloatArray, FloatArray],
-    quadrature: tuple[int, int],
+    node_counts: tuple[int, int],
 ) -> FrictionProblem:
     """The friction problem of the campaign's bearing with the true traction of an oil.
 
@@ -49,11 +49,11 @@ def true_problem(
         true_traction: Its true traction.
         operating_points: Axial load (N), inner speed (rpm) and oil temperature (degC), each of
             shape (points,).
-        quadrature: Quadrature nodes across and along the ellipse.
+        node_counts: Numbers of quadrature nodes across and along the ellipse.
     """
     load_n, speed_rpm, temperature_c = operating_points
     bearing = settings.tested_bearing()
-    rule = gauss_rule(*quadrature)
+    rule = gauss_rule(*node_counts)
     lubrication = Lubrication.flooded(
         settings.known_oil(oil),
         temperature_c,
@@ -75,7 +75,7 @@ def true_problem(
     return problem.with_inputs(inputs)
 
 
-def true_map(
+def true_cage_slip_map(
     cage_slip: pd.DataFrame, settings: Settings, constants: Mapping[str, FloatArray]
 ) -> pd.DataFrame:
     """The map of cage slip with the true traction, and how far the map by the law is from it.
@@ -96,7 +96,7 @@ def true_map(
         true_traction = traction_by_oil[str(oil)]
         operating_points = (load_n, speed_rpm, temperature_c)
         equilibrium = friction_equilibrium(
-            true_problem(settings, str(oil), true_traction, operating_points, _QUADRATURE)
+            true_problem(settings, str(oil), true_traction, operating_points, _NODE_COUNTS)
         )
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
         lambda_ratio, _ = worst_lambda_ratio(equilibrium)

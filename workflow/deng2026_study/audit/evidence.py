@@ -36,13 +36,13 @@ class Outcome:
         numbers: Further numbers by name. Most are shares of the cases in which one part of the
             claim holds.
         by_construction: Whether the claim is true whatever the oils are.
-        complete: False if something fails that is no case. Then the claim holds in part at most.
+        is_complete: False if something fails that is no case. Then the claim holds in part at most.
     """
 
     cases: pd.DataFrame
     numbers: Numbers
     by_construction: bool = False
-    complete: bool = True
+    is_complete: bool = True
 
     @property
     def share(self) -> float:
@@ -193,7 +193,7 @@ class Evidence:
         ]
         return np.stack(films_of_oils, axis=1)
 
-    def by_oil(
+    def summary_by_oil(
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
         """One number per oil from an array whose first axis is that of the oils with a law."""
@@ -209,9 +209,11 @@ class Evidence:
             numbers: Further numbers, as for `outcome_of_cases`.
         """
         oils = list(self.fit_by_oil) if len(holds) == len(self.fit_by_oil) else [""]
-        return outcome_of_cases(self.cases(oils, holds, value), **numbers)
+        return outcome_of_cases(self.cases_on_grid(oils, holds, value), **numbers)
 
-    def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
+    def cases_on_grid(
+        self, oils: Sequence[str], holds: BoolArray, value: FloatArray
+    ) -> pd.DataFrame:
         """Cases from arrays over the grid.
 
         Args:

@@ -13,7 +13,7 @@ from oilfilm.bearing.ellipse import sliding_in_ellipses, traction_in_ellipses
 from oilfilm.bearing.friction import FrictionEquilibrium
 from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.physics.contact import Conditions, Floats
-from oilfilm.physics.film import film_thickness, within_thermal_reduction
+from oilfilm.physics.film import film_thickness, is_in_thermal_reduction_range
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 
 # Relative accuracy with which a rig holds a level.
@@ -192,7 +192,9 @@ def worst_lambda_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, Bo
     conditions = replace(conditions, load_n=load_n)
     film_m = film_thickness(oil, conditions, _mean_slide_roll_ratio(equilibrium), "minimum")
     thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    is_contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    is_contact_in_range = is_in_thermal_reduction_range(
+        conditions.relative_pressure, thermal_loading
+    )
     film_in_range = np.asarray(is_contact_in_range.all(axis=1))
     thinnest_film_m = film_m.min(axis=1) * problem.replenishment_factor()
     lambda_ratio = thinnest_film_m / problem.bearing.roughness_rq_m

@@ -675,11 +675,13 @@ class OilKeys(Group):
         for rows in self.rows_of_use():
             temperatures_c += [temperature_k + ABSOLUTE_ZERO_C for temperature_k, _ in rows]
         oil = self.properties()
-        for fault in plausible_oil.faults(oil, min(temperatures_c), max(temperatures_c)):
+        for fault in plausible_oil.impossible_properties(
+            oil, min(temperatures_c), max(temperatures_c)
+        ):
             yield self.keys_of[fault.quantity], f"{fault.sentence} Check the numbers and the units."
 
     # Keys to blame for a property.
-    keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
+    keys_of: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
         "viscosity": ("coefficients",),
         "pressure_viscosity": ("coefficients",),
         "density": ("density_kg_m3",),
@@ -692,7 +694,7 @@ class OilKeys(Group):
     def doubts(self) -> Iterator[str]:
         """Sentences on what is possible and unusual."""
         if not self.stand_in:
-            yield from plausible_oil.doubts(self.properties())
+            yield from plausible_oil.unusual_properties(self.properties())
 
     def viscosity_coefficients(self) -> dict[str, float]:
         """Coefficients of the viscosity by name."""
@@ -749,7 +751,7 @@ class MeasuredOil(OilKeys):
     coefficients: MeasuredViscosity = key("Viscosities of the data sheet.")
     pressure_viscosity: PressureViscosity = key("Pressure-viscosity coefficient.")
 
-    keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
+    keys_of: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
         "viscosity": ("coefficients", "kinematic_viscosity_cst"),
         "pressure_viscosity": ("pressure_viscosity",),
         "density": ("density_kg_m3",),

@@ -22,7 +22,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.physics.contact import Conditions, Contact
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
-from oilfilm.physics.thermal_traction import mean_film_rise
+from oilfilm.physics.thermal_traction import mean_film_temperature_rise
 from oilfilm.report.document import format_by_error, number_form
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import (
@@ -688,7 +688,7 @@ def without_heat(
         cold_speed = cold_speed * (measured_film_m / cold_film_m) ** _SPEED_PER_FILM
         cold_speed = np.maximum(cold_speed, slowest)
         previous_rise_k = rise_k
-        rise_k = mean_film_rise(
+        rise_k = mean_film_temperature_rise(
             *cold_state,
             cold_mu,
             cold_slip,
@@ -697,7 +697,7 @@ def without_heat(
         )
         cold_law_mu = mu_by_law(cold_speed, cold_inlet_c, cold_slip)
         cold_mu = mu * np.where(no_traction, 1.0, cold_law_mu / divisor)
-    measured_rise_k = mean_film_rise(
+    measured_rise_k = mean_film_temperature_rise(
         *film_state(speed, temperature),
         mu,
         slip,
