@@ -114,7 +114,7 @@ class JudgedTests:
 
     @property
     def _index_of_last_reached(self) -> tuple[IndexArray, IndexArray]:
-        """Row and column of the largest slip that each test reaches."""
+        """Row and column of the largest slip that each test reaches, as an index of arrays."""
         slips_from_end = np.argmax(self.is_reached[:, ::-1], axis=1)
         slip_index = len(self.slip) - 1 - slips_from_end
         return np.arange(len(slip_index)), slip_index
@@ -127,7 +127,7 @@ class JudgedTests:
 
     @property
     def smallest_lambda(self) -> FloatArray:
-        """lambda at the largest slip of each test, shape (tests,)."""
+        """lambda of each test at its largest slip, where the film is thinnest, shape (tests,)."""
         return self.lambda_ratio[self._index_of_last_reached]
 
 

@@ -20,7 +20,10 @@ AXIS_NAMES = (*CONDITIONS, "slide_roll_ratio")
 
 @dataclass(frozen=True)
 class Grid:
-    """All combinations of levels of the three conditions and of the slip, in ascending order."""
+    """All combinations of levels of the three conditions and of the slip.
+
+    Each attribute has the levels of one axis in ascending order. Its name is one of `AXIS_NAMES`.
+    """
 
     max_hertz_pressure_gpa: FloatArray
     entrainment_speed_m_s: FloatArray
@@ -92,7 +95,7 @@ def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
 
 @dataclass(frozen=True)
 class OilFilm:
-    """Film of one oil in one contact.
+    """One oil in one contact, from which its film follows.
 
     Attributes:
         contact: The contact.

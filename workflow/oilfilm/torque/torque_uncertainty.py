@@ -51,7 +51,7 @@ _SAME_BRANCH_SLIP = 0.01
 DRAWN_RESULTS = ("torque_n_m", "cage_slip", "lambda_ratio")
 # Terms of the balance that have a random factor; the drag is drawn by the oil's share.
 RANDOM_FACTOR_TERMS = ("rolling", "hysteresis", "pocket", "land")
-# Sensors of a traction rig whose calibration changes a fit.
+# Names of the random numbers for the sensors of a traction rig, whose calibration changes a fit.
 _SENSORS = tuple(f"sensor {number}" for number in range(8))
 _NUMBER_NAMES_OF_OIL_CAUSE: Mapping[str, tuple[str, ...]] = {
     "viscosity": ("viscosity", "pressure viscosity"),
