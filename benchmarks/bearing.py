@@ -26,7 +26,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 from bearings import RPM, in_operation, lubrication, printed_law, shipped
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
+from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control_equilibrium
 
 BEARING, OIL, TEMPERATURE_C = "mainshaft-167", "4050", 100.0
 POINTS, CORES = 10_000, 2
@@ -43,7 +43,7 @@ def operating_points(count: int) -> OperatingPoints:
     random = np.random.default_rng(0)
     pitch_mm = bearing_of(BEARING).pitch_diameter_m * 1e3
     speed = random.uniform(0.5e6, 2.5e6, count) / pitch_mm * RPM
-    return OperatingPoints.axial(random.uniform(5e3, 4e4, count), speed)
+    return OperatingPoints.from_load_and_speed(random.uniform(5e3, 4e4, count), speed)
 
 
 def some(points: OperatingPoints, which: slice) -> OperatingPoints:
@@ -53,7 +53,7 @@ def some(points: OperatingPoints, which: slice) -> OperatingPoints:
 
 def rolling(points: OperatingPoints) -> int:
     """Equilibria with raceway control; how many were found."""
-    return int(raceway_control(bearing_of(BEARING), points).solution.converged.sum())
+    return int(raceway_control_equilibrium(bearing_of(BEARING), points).solution.converged.sum())
 
 
 def problem(points: OperatingPoints) -> FrictionProblem:

@@ -82,7 +82,7 @@ def cage_slips() -> np.ndarray:
     from oilfilm.bearing.quasistatic import OperatingPoints  # noqa: PLC0415
 
     def slips(*loads: float) -> np.ndarray:
-        points = OperatingPoints.axial(np.array(loads), SPEED_RPM * RPM)
+        points = OperatingPoints.from_load_and_speed(np.array(loads), SPEED_RPM * RPM)
         asked = problem(shipped("mainshaft-167"), points, BEARING_OIL, TEMPERATURE_C)
         found = friction_equilibrium(asked)
         return np.where(found.solution.converged, found.cage_slip(), np.nan)

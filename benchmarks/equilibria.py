@@ -56,7 +56,7 @@ def whole_problem() -> FrictionProblem:
     speed, _, load = np.tile(grid, (len(OILS), 1)).T
     parts = [lubrication(oil, grid[:, 1], len(grid)) for oil in OILS]
     law = join_laws([printed_law(oil) for oil in OILS], [len(grid)] * len(OILS))
-    points = OperatingPoints.axial(load, speed * RPM)
+    points = OperatingPoints.from_load_and_speed(load, speed * RPM)
     return FrictionProblem(shipped("mainshaft-167"), points, Lubrication.joined(parts), law)
 
 

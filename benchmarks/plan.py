@@ -26,7 +26,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits.fit import fit_oil  # noqa: E402
 from oilfilm.fits.measured_curves import choose, uncertainty  # noqa: E402
-from oilfilm.torque.next_tests import plan_oil, request_from_settings  # noqa: E402
+from oilfilm.torque.next_tests import plan_tests, request_from_settings  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
 
@@ -46,7 +46,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     request = replace(
         request_from_settings(SETTINGS), duty=DUTY, test_count=count, targets=("torque",)
     )
-    (plan,) = plan_oil(results, SETTINGS, OIL, request)
+    (plan,) = plan_tests(results, SETTINGS, OIL, request)
     # the plan of the product stops, because drag decides: here the law's part alone counts
     tests = plan.candidates.tests
     of_each = plan.information.precision_of_curves(

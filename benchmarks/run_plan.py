@@ -33,7 +33,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.steadiness import smallest_seen
 from oilfilm.surface.surface import fit_surface
-from oilfilm.torque.lacking_runs import Levels
+from oilfilm.torque.lacking_runs import ConditionLevels
 from oilfilm.torque.run_plan import MeasuredRuns, plan_runs
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
@@ -131,7 +131,7 @@ def references() -> None:
         added, reasons = planned(tested)
         is_reference = np.array(reasons) == "reference"
         at_middle = added.copy()
-        at_middle[is_reference] = Levels.from_conditions(tested).middle
+        at_middle[is_reference] = ConditionLevels.from_conditions(tested).middle
         variants = {"tested": added, "middle": at_middle, "none": added[~is_reference]}
 
         def step(time: FloatArray, first: int = len(tested)) -> FloatArray:

@@ -19,7 +19,7 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.cli import main
 from oilfilm.cli.arguments import quantity
 from oilfilm.cli.predict import _lines_of_warnings
@@ -29,8 +29,8 @@ from oilfilm.fits.surface_search import with_surface
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
-from oilfilm.torque.answers import CAUSES
-from oilfilm.torque.torque_uncertainty import UNCERTAIN
+from oilfilm.torque.answers import CAUSE_BY_NAME
+from oilfilm.torque.torque_uncertainty import NUMBER_NAMES_OF_CAUSE
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from page_blocks import blocks
 
@@ -164,16 +164,18 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
     assert "SIMULATED" in text
     assert "4 to 16 L/min" in text
     # the torque by the printed law, which made the data of the fit
-    points = OperatingPoints.axial(np.array([1e4]), 12000 * RPM)
+    points = OperatingPoints.from_load_and_speed(np.array([1e4]), 12000 * RPM)
     truth = in_operation(problem(shipped("mainshaft-167"), points, "4102", 70.0))
     assert torque == pytest.approx(friction_equilibrium(truth).torque_n_m()[0], rel=0.01)
     answer = oilfilm.bearing_torque(
         "mainshaft-167", 1e4, [[6000], [12000]], 70, "4102", results, CONFIG[1]
     )
     assert answer.to_frame()["torque_n_m"].iloc[1] == pytest.approx(torque, rel=5e-3)
-    assert set(answer.shares()["variance_cause"]) == set(UNCERTAIN) == set(CAUSES)
+    assert (
+        set(answer.shares()["variance_cause"]) == set(NUMBER_NAMES_OF_CAUSE) == set(CAUSE_BY_NAME)
+    )
     # the terms add up to the moment that turns the inner ring
-    parts = answer.parts().set_index("inner_speed_rpm").loc[12000, list(HEATS)]
+    parts = answer.parts().set_index("inner_speed_rpm").loc[12000, list(HEAT_TERMS)]
     assert parts.sum() == pytest.approx(torque, rel=5e-3)
     assert len(answer.plot().lines) == 1
 
@@ -184,7 +186,7 @@ def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
     fit_and_rig = {"results": fit, "rig": "ball-on-disc-20mm"}
     frame = oilfilm.bearing_torque(*operating_point, oil="4102", **fit_and_rig).to_frame()
     # the torque by the printed law, which made the data of the table
-    points = OperatingPoints.axial(np.array([1e4]), 12000 * RPM)
+    points = OperatingPoints.from_load_and_speed(np.array([1e4]), 12000 * RPM)
     truth = in_operation(problem(shipped("mainshaft-167"), points, "4102", 70.0))
     assert frame["torque_n_m"].tolist() == pytest.approx(
         friction_equilibrium(truth).torque_n_m(), rel=0.01
@@ -267,7 +269,7 @@ def test_python_of_the_page_on_bearings_does_what_it_says(
     answer = variables["answer"]
     # one row per oil and operating point, and one per cause
     assert len(answer.to_frame()) == 3
-    assert len(answer.shares()) == 3 * len(UNCERTAIN)
+    assert len(answer.shares()) == 3 * len(NUMBER_NAMES_OF_CAUSE)
     assert answer.plot().get_xlabel() == "Speed of the inner ring (rpm)"
 
 

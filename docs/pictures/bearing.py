@@ -11,10 +11,10 @@ from deng2026_study.settings import default_settings
 from examples import NAMES, bearing, contact, oil, settings
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.kinematics import inner_slide_roll_ratio
-from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
-from oilfilm.bearing.resistance import HEATS, Lubrication
+from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control_equilibrium
+from oilfilm.bearing.resistance import HEAT_TERMS, Lubrication
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.torque.load_variables import LawInBearing
 from style import OILS, axes, row
@@ -27,7 +27,7 @@ SPEED_RPM = np.linspace(3000, 16000, 12)
 def terms(name: str, axial_load_n: float = 20e3):
     """Torque and motion over speed with an oil of 100 degC."""
     many = len(SPEED_RPM)
-    duty = OperatingPoints.axial(np.full(many, axial_load_n), SPEED_RPM * np.pi / 30)
+    duty = OperatingPoints.from_load_and_speed(np.full(many, axial_load_n), SPEED_RPM * np.pi / 30)
     assumed = settings().bearing
     oil_film = Lubrication.flooded(
         oil(name), np.full(many, 100.0), assumed.drag_coefficient, assumed.oil_volume_fraction
@@ -38,8 +38,8 @@ def terms(name: str, axial_load_n: float = 20e3):
     box = default_settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items()}
     drawing = FrictionProblem(bearing(), duty, oil_film, law)
-    uncertain = {**bearing().uncertain, **assumed.uncertain()}
-    operation = drawing.with_inputs(Inputs.without_draws(uncertain, many))
+    uncertain = {**bearing().uncertain_inputs, **assumed.uncertain_inputs()}
+    operation = drawing.with_inputs(InputValues.nominal(uncertain, many))
     return torque_terms(friction_equilibrium(operation), tested)
 
 
@@ -47,8 +47,8 @@ def contact_angles() -> Figure:
     """Contact angles over speed: centrifugal force separates them."""
     figure, one = axes(xlabel="Speed of the inner ring (rpm)", ylabel="Contact angle (°)")
     speed = np.linspace(1, 16000, 40)
-    duty = OperatingPoints.axial(np.full(40, 20e3), speed * np.pi / 30)
-    angle = np.degrees(raceway_control(bearing(), duty).contacts.contact_angle_rad)
+    duty = OperatingPoints.from_load_and_speed(np.full(40, 20e3), speed * np.pi / 30)
+    angle = np.degrees(raceway_control_equilibrium(bearing(), duty).contacts.contact_angle_rad)
     one.plot(speed, angle[:, 0], "-", label="inner race")
     one.plot(speed, angle[:, 1], "--", label="outer race")
     one.legend()
@@ -69,9 +69,9 @@ def parts() -> Figure:
     """What the torque consists of."""
     figure, one = axes(xlabel="Speed of the inner ring (rpm)", ylabel="Friction torque (N m)")
     found = terms("4050")
-    values = [found[f"{name}_torque_n_m"] for name in HEATS]
-    colours = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
-    one.stackplot(SPEED_RPM, values, labels=HEATS, colors=colours, edgecolor="white")
+    values = [found[f"{name}_torque_n_m"] for name in HEAT_TERMS]
+    colours = colormaps["cividis"](np.linspace(0, 1, len(HEAT_TERMS)))
+    one.stackplot(SPEED_RPM, values, labels=HEAT_TERMS, colors=colours, edgecolor="white")
     one.legend(loc="upper left")
     return figure
 

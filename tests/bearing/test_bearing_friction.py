@@ -20,10 +20,20 @@ from bearings import (
     shipped,
 )
 from nights import examples, nightly
-from oilfilm.bearing.ellipse import contact_conditions, gauss_rule, sliding, traction
+from oilfilm.bearing.ellipse import (
+    contact_conditions,
+    gauss_rule,
+    sliding_in_ellipses,
+    traction_in_ellipses,
+)
 from oilfilm.bearing.equilibria import equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium
-from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control, rolling_motion
+from oilfilm.bearing.quasistatic import (
+    Motion,
+    OperatingPoints,
+    raceway_control_equilibrium,
+    rolling_motion,
+)
 from oilfilm.bearing.resistance import land_damping_n_m_s, rolling_force_n
 from oilfilm.bearing.torque import torque_terms
 from oilfilm.physics.contact import Conditions
@@ -36,16 +46,20 @@ HARRIS, MAINSHAFT = shipped("harris-218"), shipped("mainshaft-167")
 
 def coulomb_traction(spin_about_normal: float, race_speed: float, nodes: tuple[int, int]):
     """Traction of Coulomb's law in both contacts of a loaded 218 ball with a given motion."""
-    contacts = raceway_control(HARRIS, OperatingPoints.axial(17800.0, 0.0)).contacts
+    contacts = raceway_control_equilibrium(
+        HARRIS, OperatingPoints.from_load_and_speed(17800.0, 0.0)
+    ).contacts
     normal = contacts.normal[0]
     spin = spin_about_normal * np.array([[normal[0, 1], normal[1, 1], 0.0]])
     ring_speed, rule = np.full((1, 2), race_speed), gauss_rule(*nodes)
-    slip = sliding(HARRIS, contacts, Motion(np.zeros(1), spin), ring_speed, rule)
+    slip = sliding_in_ellipses(HARRIS, contacts, Motion(np.zeros(1), spin), ring_speed, rule)
     conditions = contact_conditions(HARRIS, contacts, slip, np.full((1, 1), 100.0))
     return (
         contacts,
         slip,
-        traction(contacts, slip, conditions, lambda conditions, s: np.full_like(s, 0.1), rule),
+        traction_in_ellipses(
+            contacts, slip, conditions, lambda conditions, s: np.full_like(s, 0.1), rule
+        ),
     )
 
 
@@ -55,15 +69,15 @@ def test_pure_spin_has_the_closed_form_moment():
     a_y, a_x = contacts.semi_axis_y_m[0, 1], contacts.semi_axis_x_m[0, 1]
     moment = 3 / 8 * 0.1 * contacts.load_n[0, 1] * a_y * ellipe(1 - (a_x / a_y) ** 2)
     # the kink of Coulomb's law in the middle slows the quadrature down
-    assert film.about_normal_n_m[0, 1] == pytest.approx(-moment, rel=2e-3)
+    assert film.moment_about_normal_n_m[0, 1] == pytest.approx(-moment, rel=2e-3)
     assert film.heat_w[0, 1] == pytest.approx(100 * moment, rel=2e-3)
 
 
 def test_pure_sliding_pulls_with_all_of_the_coefficient():
     contacts, slip, film = coulomb_traction(spin_about_normal=0.0, race_speed=50.0, nodes=(16, 4))
     # each race slides over a ball at rest; across a curved contact its speed turns a little
-    np.testing.assert_allclose(film.along_n[0], 0.1 * contacts.load_n[0], rtol=1e-4)
-    speed = np.hypot(slip.along_m_s, slip.across_m_s)
+    np.testing.assert_allclose(film.force_along_n[0], 0.1 * contacts.load_n[0], rtol=1e-4)
+    speed = np.hypot(slip.sliding_along_m_s, slip.sliding_across_m_s)
     mean = (speed * gauss_rule(16, 4).load_share).sum(axis=-1)
     np.testing.assert_allclose(film.heat_w, 0.1 * contacts.load_n * mean)
 
@@ -92,7 +106,7 @@ def test_the_land_drags_as_oil_sheared_across_its_gap_does():
 def test_power_put_in_is_the_sum_of_all_heat(name, load_variable):
     bearing = shipped(name)
     speed = np.array([0.3e6, 1e6, 2e6, 3e6]) / (bearing.pitch_diameter_m * 1e3) * RPM
-    points = OperatingPoints.axial(3e7 * bearing.ball_diameter_m**2, speed)
+    points = OperatingPoints.from_load_and_speed(3e7 * bearing.ball_diameter_m**2, speed)
     law = printed_law("4050", load_variable)
     terms = torque_terms(friction_equilibrium(problem(bearing, points, law=law)), TESTED)
     assert terms["converged"].all()
@@ -106,7 +120,7 @@ def test_moments_on_all_bodies_cancel():
     # what the inner ring puts in, outer ring and oil take: nothing is left on balls and cage
     case = (
         MAINSHAFT,
-        OperatingPoints.axial(20000.0, np.array([3000.0, 12000.0]) * RPM),
+        OperatingPoints.from_load_and_speed(20000.0, np.array([3000.0, 12000.0]) * RPM),
         "4102",
         70.0,
     )
@@ -123,29 +137,34 @@ def test_moments_on_all_bodies_cancel():
 
 def test_turning_the_other_way_turns_the_torque_round():
     speed = np.array([9000.0, -9000.0]) * RPM
-    forth, back = equilibrium(HARRIS, OperatingPoints.axial(17800.0, speed)).torque_n_m()
+    forth, back = equilibrium(
+        HARRIS, OperatingPoints.from_load_and_speed(17800.0, speed)
+    ).torque_n_m()
     assert forth == pytest.approx(-back, rel=1e-6)
     assert forth > 0
 
 
 def test_at_rest_the_bearing_is_in_its_static_equilibrium():
-    points = OperatingPoints.axial(17800.0, 0.0)
-    balance, static = equilibrium(HARRIS, points).balance, raceway_control(HARRIS, points)
+    points = OperatingPoints.from_load_and_speed(17800.0, 0.0)
+    balance, static = (
+        equilibrium(HARRIS, points).balance,
+        raceway_control_equilibrium(HARRIS, points),
+    )
     np.testing.assert_allclose(balance.contacts.load_n, static.contacts.load_n, rtol=1e-8)
     assert not np.any(balance.heats_w)
 
 
 def test_a_film_that_does_not_slip_lets_the_balls_roll():
     # without drag and with all the grip there may be, no contact slips as a whole
-    points = OperatingPoints.axial(20000.0, 6000 * RPM)
+    points = OperatingPoints.from_load_and_speed(20000.0, 6000 * RPM)
     law = lambda at, slide_roll_ratio: np.tanh(1e3 * slide_roll_ratio)  # noqa: E731
     motion = equilibrium(MAINSHAFT, points, law=law, oil_volume_fraction=0.0)
     assert abs(motion.cage_slip()[0]) < 1e-3
 
 
 def test_rolling_balls_have_no_cage_slip():
-    points = OperatingPoints.axial(17800.0, 10000 * RPM)
-    control = raceway_control(HARRIS, points)
+    points = OperatingPoints.from_load_and_speed(17800.0, 10000 * RPM)
+    control = raceway_control_equilibrium(HARRIS, points)
     motion = rolling_motion(HARRIS, control.contacts, points.ring_speed_rad_s)
     bearing_problem, (ball_x, ball_r, ring) = problem(HARRIS, points), control.solution.unknowns[0]
     unknowns = [[ball_x, ball_r, *motion.spin_rad_s[0], motion.orbit_speed_rad_s[0], ring]]
@@ -158,9 +177,11 @@ def test_rolling_balls_have_no_cage_slip():
 def test_gyroscopic_moment_opens_the_inner_contact_angle_as_far_as_traction_can():
     # an independent check of the sign: here it comes from Newton's law for the ball, not from
     # the equations of raceway control
-    points = OperatingPoints.axial(20000.0, 12000 * RPM)
+    points = OperatingPoints.from_load_and_speed(20000.0, 12000 * RPM)
     angle_without_moment, angle_of_full_moment = (
-        raceway_control(MAINSHAFT, points, gyroscopic_sign=sign).contacts.contact_angle_rad[0, 0]
+        raceway_control_equilibrium(
+            MAINSHAFT, points, gyroscopic_sign=sign
+        ).contacts.contact_angle_rad[0, 0]
         for sign in (0.0, 1.0)
     )
     angle = equilibrium(MAINSHAFT, points).balance.contacts.contact_angle_rad[0, 0]
@@ -176,7 +197,9 @@ def test_equal_races_that_turn_against_each_other_share_all_evenly():
         cage=replace(HARRIS.cage, land_width_m=1e-12),  # which would take the cage along
     )
     speed = 30.0 / (bearing.pitch_diameter_m / 2)
-    balance = equilibrium(bearing, OperatingPoints.axial(17800.0, speed, -speed)).balance
+    balance = equilibrium(
+        bearing, OperatingPoints.from_load_and_speed(17800.0, speed, -speed)
+    ).balance
     # to the thousandths by which the races of so large a bearing still differ
     assert abs(balance.motion.orbit_speed_rad_s[0]) < 2e-3 * speed
     np.testing.assert_allclose(*balance.contacts.load_n[0], rtol=1e-6)
@@ -186,7 +209,7 @@ def test_equal_races_that_turn_against_each_other_share_all_evenly():
 
 
 def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
-    bearing_problem = problem(HARRIS, OperatingPoints.axial(17800.0, 10000 * RPM))
+    bearing_problem = problem(HARRIS, OperatingPoints.from_load_and_speed(17800.0, 10000 * RPM))
     balance = equilibrium(HARRIS, bearing_problem.points).balance
     inner, outer = balance.contacts.max_hertz_pressure_pa[0] / 1e9
     assert inner > 1.01 * outer
@@ -226,7 +249,7 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil, speed_co
     bearing = shipped(name)
     speed = np.linspace(0, 4e6, speed_count) / (bearing.pitch_diameter_m * 1e3) * RPM
     for load_n_m2 in (2e6, 2e7, 8e7):  # N per square metre of ball diameter
-        points = OperatingPoints.axial(load_n_m2 * bearing.ball_diameter_m**2, speed)
+        points = OperatingPoints.from_load_and_speed(load_n_m2 * bearing.ball_diameter_m**2, speed)
         equilibrium(bearing, points, oil)
 
 
@@ -244,7 +267,7 @@ def test_any_bearing_finds_its_motion_or_tells(
     ball, pitch_over_ball, angle, groove, load_n_mm2, dmn, temperature
 ):
     bearing = any_bearing(ball, pitch_over_ball, angle, groove, groove)
-    points = OperatingPoints.axial(
+    points = OperatingPoints.from_load_and_speed(
         load_n_mm2 * 1e6 * ball**2 * bearing.ball_count, dmn / (ball * pitch_over_ball * 1e3) * RPM
     )
     bearing_problem = problem(bearing, points, temperature_c=temperature)
@@ -283,7 +306,7 @@ def test_load_variables_agree_on_the_rigs_own_contact_and_load_alone_tells_ball_
 
 
 def test_film_beyond_the_thermal_reduction_is_unknown_and_without_speed_it_is_none():
-    points = OperatingPoints.axial(20_000.0, np.array([0.0, 9000.0, 24_000.0]) * RPM)
+    points = OperatingPoints.from_load_and_speed(20_000.0, np.array([0.0, 9000.0, 24_000.0]) * RPM)
     terms = torque_terms(friction_equilibrium(problem(MAINSHAFT, points, "4102", 10.0)), TESTED)
     ratio = terms["lambda_ratio"]
     # Gupta's 1 - 13.2 (p0/E') L^0.42 is negative for L > 340 at 1.5 GPa (docs/physics.md, film);
@@ -294,7 +317,12 @@ def test_film_beyond_the_thermal_reduction_is_unknown_and_without_speed_it_is_no
     assert terms["film_in_range"].tolist() == [True, True, False]
 
 
-SLIPPING_CASE = (shipped("mainshaft-167"), OperatingPoints.axial(5000.0, 12000 * RPM), "4010", 70.0)
+SLIPPING_CASE = (
+    shipped("mainshaft-167"),
+    OperatingPoints.from_load_and_speed(5000.0, 12000 * RPM),
+    "4010",
+    70.0,
+)
 MUCH_OIL = {"oil_volume_fraction": 0.02}
 
 

@@ -11,7 +11,7 @@ from oilfilm.bearing.quasistatic import (
     OperatingPoints,
     centrifugal_force_n,
     gyroscopic_moment_n_m,
-    raceway_control,
+    raceway_control_equilibrium,
 )
 from oilfilm.physics.contact import elliptical_contact
 from oilfilm.settings.messages import first_mistake, load
@@ -28,8 +28,8 @@ REFERENCE = yaml.safe_load(
 def test_equilibria_of_an_independent_calculation_are_met_within_half_a_percent(name):
     bearing = shipped(name)
     rows = np.array(REFERENCE[name], dtype=float)
-    points = OperatingPoints.axial(rows[:, 0], rows[:, 1] * RPM)
-    equilibrium = raceway_control(bearing, points, gyroscopic_sign=-1.0)
+    points = OperatingPoints.from_load_and_speed(rows[:, 0], rows[:, 1] * RPM)
+    equilibrium = raceway_control_equilibrium(bearing, points, gyroscopic_sign=-1.0)
     assert equilibrium.solution.converged.all()
     ours = np.column_stack(
         [
@@ -51,7 +51,9 @@ def test_at_rest_the_closed_form_of_equal_contact_angles_holds(name):
     # both races at one angle: A (cos(alpha0)/cos(alpha) - 1) = delta_i + delta_o, each by Hertz
     bearing = shipped(name)
     axial_n = 3e7 * bearing.ball_diameter_m**2
-    contacts = raceway_control(bearing, OperatingPoints.axial(axial_n, 0.0)).contacts
+    contacts = raceway_control_equilibrium(
+        bearing, OperatingPoints.from_load_and_speed(axial_n, 0.0)
+    ).contacts
     angle, load = contacts.contact_angle_rad[0], contacts.load_n[0]
     assert angle[0] == pytest.approx(angle[1], rel=1e-9)
     np.testing.assert_allclose(load, axial_n / (bearing.ball_count * np.sin(angle)), rtol=1e-9)
@@ -67,8 +69,8 @@ def test_at_rest_the_closed_form_of_equal_contact_angles_holds(name):
 def test_without_friction_the_centrifugal_force_alone_parts_the_angles():
     # balance of a ball pressed by two normals: cot(alpha_o) - cot(alpha_i) = Fc Z/Fa
     bearing = shipped("harris-218")
-    points = OperatingPoints.axial(17800.0, 10000 * RPM)
-    equilibrium = raceway_control(bearing, points, gyroscopic_sign=0.0)
+    points = OperatingPoints.from_load_and_speed(17800.0, 10000 * RPM)
+    equilibrium = raceway_control_equilibrium(bearing, points, gyroscopic_sign=0.0)
     inner, outer = equilibrium.contacts.contact_angle_rad[0]
     outward = centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[0]
     assert 1 / np.tan(outer) - 1 / np.tan(inner) == pytest.approx(16 * outward / 17800.0, rel=1e-8)
@@ -77,7 +79,9 @@ def test_without_friction_the_centrifugal_force_alone_parts_the_angles():
 def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
     # the angular momentum of a ball on its orbit, differentiated numerically in a fixed frame
     bearing = shipped("harris-218")
-    equilibrium = raceway_control(bearing, OperatingPoints.axial(17800.0, 10000 * RPM))
+    equilibrium = raceway_control_equilibrium(
+        bearing, OperatingPoints.from_load_and_speed(17800.0, 10000 * RPM)
+    )
     orbit, spin = equilibrium.motion.orbit_speed_rad_s[0], equilibrium.motion.spin_rad_s[0]
 
     def momentum(time):
@@ -107,8 +111,9 @@ def test_any_bearing_converges_or_its_balls_climb(
 ):
     bearing = any_bearing(ball, pitch_over_ball, angle, inner, outer)
     axial_n = load_n_mm2 * 1e6 * ball**2 * bearing.ball_count
-    equilibrium = raceway_control(
-        bearing, OperatingPoints.axial(axial_n, dmn / (ball * pitch_over_ball * 1e3) * RPM)
+    equilibrium = raceway_control_equilibrium(
+        bearing,
+        OperatingPoints.from_load_and_speed(axial_n, dmn / (ball * pitch_over_ball * 1e3) * RPM),
     )
     # under a light load a fast ball sinks into the outer groove until the inner one passes it by:
     # there is no equilibrium then
@@ -125,7 +130,7 @@ def test_contacts_under_unit_load_are_exactly_hertz(name):
     exact = elliptical_contact(
         1.0, bearing.radius_x_m(cosine), bearing.radius_y_m, bearing.reduced_modulus_pa
     )
-    stiffness, a_x, a_y = bearing.under_unit_load(cosine)
+    stiffness, a_x, a_y = bearing.stiffness_and_unit_semi_axes(cosine)
     np.testing.assert_allclose(stiffness, exact.approach_m**-1.5, rtol=1e-13)
     np.testing.assert_allclose(a_x, exact.semi_axis_x_m, rtol=1e-13)
     np.testing.assert_allclose(a_y, exact.semi_axis_y_m, rtol=1e-13)

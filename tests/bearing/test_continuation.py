@@ -21,7 +21,7 @@ def test_a_curve_with_two_folds_is_crossed_at_all_three_roots():
     )
     # x^3 - 3 x = 0
     np.testing.assert_allclose(crossings.unknowns[:, 0], [-np.sqrt(3), 0.0, np.sqrt(3)], atol=2e-3)
-    assert crossings.reached_last.all()
+    assert crossings.reached_last_value.all()
     assert not crossings.turned_back.any()
 
 
@@ -50,7 +50,7 @@ def test_a_curve_that_turns_back_says_so():
         parabola, ONE, ONE, np.zeros(1), wanted_value=2.0, first_value=0.0, last_value=2.0
     )
     assert crossings.turned_back.all()
-    assert not crossings.reached_last.any()
+    assert not crossings.reached_last_value.any()
     assert len(crossings.point_index) == 0
 
 
@@ -73,6 +73,6 @@ def test_a_kink_stalls_a_curve_unless_its_steps_may_turn(kink):
         return np.where(unknowns < 1, unknowns, 1 + (unknowns - 1) / 10) - level[..., np.newaxis]
 
     crossings = trace(bent, 0 * ONE, ONE, np.zeros(1), 1.05, -1.0, 1.1, kink_length=kink)
-    assert crossings.reached_last.tolist() == [kink > 0]
+    assert crossings.reached_last_value.tolist() == [kink > 0]
     if kink:
         np.testing.assert_allclose(crossings.unknowns, [[1.5]], atol=1e-6)

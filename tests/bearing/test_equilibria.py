@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from bearings import RPM, printed_law, problem, shipped
-from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
+from oilfilm.bearing.equilibria import NearbyEquilibria, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 
 MAINSHAFT = shipped("mainshaft-167")
@@ -17,7 +17,7 @@ MAINSHAFT = shipped("mainshaft-167")
 def mainshaft_problem(
     oil: str, rpm: float, temperature_c: float, loads_n: list[float]
 ) -> FrictionProblem:
-    points = OperatingPoints.axial(np.array(loads_n), rpm * RPM)
+    points = OperatingPoints.from_load_and_speed(np.array(loads_n), rpm * RPM)
     return problem(MAINSHAFT, points, oil, temperature_c)
 
 
@@ -102,9 +102,11 @@ def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
         mainshaft_problem("4010", 6000, 40.0, [683.4988689104133, 5000.0])
     )
     assert equilibrium.held_by_band().tolist() == [True, False]
-    neighbour = Neighbour.from_unknowns(equilibrium.problem, equilibrium.solution.unknowns)
+    nearby_equilibria = NearbyEquilibria.from_unknowns(
+        equilibrium.problem, equilibrium.solution.unknowns
+    )
     for equilibrium_again in (
-        friction_equilibrium(equilibrium.problem, neighbour),
+        friction_equilibrium(equilibrium.problem, nearby_equilibria),
         friction_equilibrium(equilibrium.problem),
         equilibria(equilibrium.problem).fastest,
     ):
@@ -139,11 +141,13 @@ def test_rounding_does_not_choose_the_motion_beside_a_jump():
     # the loads differ by as much as rounding does
     loads_n = 500.0 * (1 + 1e-13 * np.arange(12))
     drawn_law = replace(printed_law("4010"), internal=np.array([DRAWN_CONSTANTS]))
-    points = OperatingPoints.axial(loads_n, 17906.43885697232 * RPM)
+    points = OperatingPoints.from_load_and_speed(loads_n, 17906.43885697232 * RPM)
     at_rest = problem(MAINSHAFT, points, "4010", 100.0, law=drawn_law)
     factors = np.tile(DRAWN_FACTORS, (len(loads_n), 1))
     at_rest = replace(at_rest, lubrication=replace(at_rest.lubrication, factors=factors))
-    inputs = Inputs(**{name: np.full(len(loads_n), value) for name, value in DRAWN_INPUTS.items()})
+    inputs = InputValues(
+        **{name: np.full(len(loads_n), value) for name, value in DRAWN_INPUTS.items()}
+    )
     motion = friction_equilibrium(at_rest.with_inputs(inputs))
     assert motion.solution.converged.all()
     assert not motion.held_by_band().any()
@@ -152,7 +156,7 @@ def test_rounding_does_not_choose_the_motion_beside_a_jump():
 
 def test_more_drag_never_makes_a_cage_faster():
     oil_volume_fractions = np.linspace(0.002, 0.05, 6)
-    points = OperatingPoints.axial(3000.0, 12000 * RPM)
+    points = OperatingPoints.from_load_and_speed(3000.0, 12000 * RPM)
     slips = [
         friction_equilibrium(
             problem(MAINSHAFT, points, "4010", 70.0, oil_volume_fraction=oil_volume_fraction)
@@ -163,7 +167,7 @@ def test_more_drag_never_makes_a_cage_faster():
 
 
 def test_beyond_the_law_no_motion_is_called_the_only_one() -> None:
-    points = OperatingPoints.axial(np.array([500.0, 20000.0]), 18000 * RPM)
+    points = OperatingPoints.from_load_and_speed(np.array([500.0, 20000.0]), 18000 * RPM)
     motions = equilibria(problem(shipped("mainshaft-167"), points, "4102", 40.0))
     np.testing.assert_array_equal(motions.count, [1, 1])
     np.testing.assert_array_equal(motions.fastest.outside_law(), [True, False])

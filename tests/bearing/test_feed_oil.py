@@ -9,7 +9,7 @@ from bearings import RPM, SETTINGS, problem, shipped
 from campaigns import oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import momentum_torque_n_m, replenishment_factor
 from oilfilm.bearing.torque import torque_terms
@@ -22,7 +22,9 @@ L_MIN = 1e-3 / 60
 def with_values(problem: FrictionProblem, **changed_inputs: float) -> FrictionProblem:
     """The problem in operation, with some inputs changed."""
     bearing, point_count = problem.bearing, len(problem.points.axial_load_n)
-    inputs = Inputs.without_draws({**bearing.uncertain, **SETTINGS.uncertain()}, point_count)
+    inputs = InputValues.nominal(
+        {**bearing.uncertain_inputs, **SETTINGS.uncertain_inputs()}, point_count
+    )
     arrays = {name: np.full(point_count, float(value)) for name, value in changed_inputs.items()}
     return problem.with_inputs(replace(inputs, **arrays))
 
@@ -48,14 +50,14 @@ def test_the_ring_gives_the_oil_its_speed(oil, speed_rpm, torque_n_m):
 def test_momentum_of_the_small_bearing_is_that_of_another_program():
     # docs/physics.md, Feed oil: 1 L/min of 910 kg/m3 at the inner groove of the 35 mm bearing
     speed_rpm = np.array([28000.0, 48000.0, 64000.0, 72000.0])
-    power = momentum_torque_n_m(910 * L_MIN, speed_rpm * RPM, NASA_35.groove_bottom_m[0])
+    power = momentum_torque_n_m(910 * L_MIN, speed_rpm * RPM, NASA_35.groove_bottom_radius_m[0])
     power *= speed_rpm * RPM
     # its radius is (dm - D)/2, which is 0.1 % more than the bottom of the groove
     np.testing.assert_allclose(power, [50.5, 148.4, 263.9, 333.9], rtol=4e-3)
 
 
 def test_oil_that_is_given_speed_costs_its_moment_and_leaves_the_balls_alone():
-    points = OperatingPoints.axial(10000.0, np.array([6000.0, 12000.0]) * RPM)
+    points = OperatingPoints.from_load_and_speed(10000.0, np.array([6000.0, 12000.0]) * RPM)
     base_problem = problem(MAINSHAFT, points)
     fed, dry, half_carried, unknown_flow = (
         torque_terms(friction_equilibrium(with_values(base_problem, **changed_inputs)), TESTED)
@@ -85,11 +87,11 @@ def test_starvation_is_the_catalogues_and_weakens_rolling_resistance_and_film():
     # SKF: by hand exp(-3e-8 nu n (d + D) sqrt(4.4/(2 (D - d)))) with d 124, D 213 mm
     factor = np.exp(-3e-8 * 5.46 * 12000 * (124 + 213) * np.sqrt(4.4 / (2 * (213 - 124))))
     assert replenishment_factor(3e-8, 5.46e-6, 12000 * RPM, 0.124, 0.213) == pytest.approx(factor)
-    points = OperatingPoints.axial(20000.0, 12000 * RPM)
+    points = OperatingPoints.from_load_and_speed(20000.0, 12000 * RPM)
     flooded = with_values(problem(MAINSHAFT, points), replenishment_constant=0.0)
     starved = with_values(problem(MAINSHAFT, points))
     # 4050 at 100 degC has 5.46 cSt (docs/physics.md, Oils)
-    np.testing.assert_allclose(starved.replenishment(), factor, rtol=1e-3)
+    np.testing.assert_allclose(starved.replenishment_factor(), factor, rtol=1e-3)
     flooded_terms, starved_terms = (
         torque_terms(friction_equilibrium(case), TESTED) for case in (flooded, starved)
     )
@@ -102,7 +104,7 @@ def test_starvation_is_the_catalogues_and_weakens_rolling_resistance_and_film():
 
 
 def test_traction_of_an_ellipse_is_the_laws_times_the_factor():
-    points = OperatingPoints.axial(20000.0, 12000 * RPM)
+    points = OperatingPoints.from_load_and_speed(20000.0, 12000 * RPM)
     base_problem = problem(MAINSHAFT, points)
     weak = with_values(base_problem, ellipse_factor=0.9)
     strong = with_values(base_problem, ellipse_factor=1.0)
@@ -110,7 +112,7 @@ def test_traction_of_an_ellipse_is_the_laws_times_the_factor():
     unknowns = friction_equilibrium(strong).solution.unknowns
     by_law, in_ellipse = strong.balance(unknowns).traction, weak.balance(unknowns).traction
     np.testing.assert_allclose(in_ellipse.heat_w, 0.9 * by_law.heat_w)
-    np.testing.assert_allclose(in_ellipse.along_n, 0.9 * by_law.along_n)
+    np.testing.assert_allclose(in_ellipse.force_along_n, 0.9 * by_law.force_along_n)
     # with less traction the cage slips more
     slips = [friction_equilibrium(problem).cage_slip()[0] for problem in (strong, weak)]
     assert slips[1] > slips[0]
@@ -131,7 +133,7 @@ def heat_and_slip(ball_material: str, **changed_inputs: float) -> tuple[np.ndarr
             ball_density_kg_m3=3200.0,
             rings=replace(NASA_35.rings, ball_expansion_1_k=3.2e-6),
         )
-    points = OperatingPoints.axial(np.full(4, 667.0), SPEEDS_RPM * RPM)
+    points = OperatingPoints.from_load_and_speed(np.full(4, 667.0), SPEEDS_RPM * RPM)
     motion = friction_equilibrium(
         with_values(problem(bearing, points, "4050", 120.9), **changed_inputs)
     )

@@ -9,19 +9,19 @@ from bearings import RPM, SETTINGS, equilibrium, in_operation, problem, shipped
 from oilfilm.bearing.growth import (
     Growth,
     centrifugal_growth_m,
-    fit_share,
     inner_ring_growth_m,
+    interference_share,
     operating_growth,
 )
-from oilfilm.bearing.inputs import Inputs
-from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control
+from oilfilm.bearing.inputs import InputValues
+from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control_equilibrium
 
 MAINSHAFT = shipped("mainshaft-167")
 STEEL = (7833.0, 207.5e9, 0.3)
 UM = 1e-6
 
 
-def inputs(point_count: int = 1, **changed_inputs: float | np.ndarray) -> Inputs:
+def inputs(point_count: int = 1, **changed_inputs: float | np.ndarray) -> InputValues:
     """Inputs of the mainshaft bearing without fits and differences of temperature."""
     no_growth = dict.fromkeys(
         (
@@ -32,7 +32,9 @@ def inputs(point_count: int = 1, **changed_inputs: float | np.ndarray) -> Inputs
         ),
         0.0,
     )
-    values = Inputs.without_draws({**MAINSHAFT.uncertain, **SETTINGS.uncertain()}, point_count)
+    values = InputValues.nominal(
+        {**MAINSHAFT.uncertain_inputs, **SETTINGS.uncertain_inputs()}, point_count
+    )
     arrays = {
         name: np.full(point_count, value) for name, value in (no_growth | changed_inputs).items()
     }
@@ -86,9 +88,9 @@ def displacements(radii: np.ndarray, load: np.ndarray, pressure: float) -> np.nd
 
 def test_a_tight_ring_and_its_shaft_are_one_body_and_the_fit_adds_its_share():
     bore_radius, fit_radius, groove_radius = (
-        0.6 * MAINSHAFT.groove_bottom_m[0],
+        0.6 * MAINSHAFT.groove_bottom_radius_m[0],
         62e-3,
-        MAINSHAFT.groove_bottom_m[0],
+        MAINSHAFT.groove_bottom_radius_m[0],
     )
     speed, interference = 12000.0 * RPM, 20 * UM
     rho, modulus, nu = STEEL
@@ -117,14 +119,15 @@ def test_a_tight_ring_and_its_shaft_are_one_body_and_the_fit_adds_its_share():
     growth_of_ring_alone_m = centrifugal_growth_m(speed, groove_radius, fit_radius, *STEEL)
     assert (
         growth_m[0]
-        < growth_of_ring_alone_m + fit_share(groove_radius, fit_radius, bore_radius) * interference
+        < growth_of_ring_alone_m
+        + interference_share(groove_radius, fit_radius, bore_radius) * interference
     )
 
 
 def test_a_ring_that_loses_its_fit_grows_alone():
     speed = np.array([4e6 / 167.5375 * RPM])
     loose = inner_ring_growth_m(MAINSHAFT, speed, np.array([0.6]), np.array([5 * UM]))
-    groove = MAINSHAFT.groove_bottom_m[0]
+    groove = MAINSHAFT.groove_bottom_radius_m[0]
     growth_of_ring_alone = centrifugal_growth_m(
         speed, groove, MAINSHAFT.rings.bore_ratio * groove, *STEEL
     )
@@ -135,7 +138,7 @@ def test_a_ring_that_loses_its_fit_grows_alone():
 
 def test_a_solid_body_takes_the_share_of_its_radii():
     # ring on a solid shaft: pressure E delta/(2 a) (1 - a^2/b^2), so a/b of the interference
-    assert fit_share(0.07, 0.05, 0.0) == pytest.approx(5 / 7)
+    assert interference_share(0.07, 0.05, 0.0) == pytest.approx(5 / 7)
 
 
 def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
@@ -149,10 +152,10 @@ def test_warm_rings_grow_by_expansion_and_equal_warmth_turns_no_contact_angle():
     assert bottom == pytest.approx(26.1 * UM, rel=2e-3)
     assert growth.offset_growth_m[0, 0] == pytest.approx(groove_growth - ball_growth)
     # all of one steel at one temperature is the same bearing, larger
-    points = OperatingPoints.axial(20000.0, 1.0)
+    points = OperatingPoints.from_load_and_speed(20000.0, 1.0)
     growth_of_hot_bearing = operating_growth(MAINSHAFT, np.zeros(1), np.array([170.0]), inputs())
-    at_rest = raceway_control(MAINSHAFT, points).contacts.contact_angle_rad
-    heated = raceway_control(
+    at_rest = raceway_control_equilibrium(MAINSHAFT, points).contacts.contact_angle_rad
+    heated = raceway_control_equilibrium(
         MAINSHAFT, replace(points, growth=growth_of_hot_bearing)
     ).contacts.contact_angle_rad
     np.testing.assert_allclose(heated, at_rest, atol=np.radians(0.03))
@@ -165,11 +168,11 @@ def test_hot_balls_take_play_away_and_ceramic_ones_give_it():
     )
     np.testing.assert_allclose(growth_of_hot_balls.offset_growth_m, -2.667 * UM / 2, rtol=1e-3)
     ceramic = replace(MAINSHAFT, rings=replace(MAINSHAFT.rings, ball_expansion_1_k=3.2e-6))
-    points = OperatingPoints.axial(20000.0, 1.0)
+    points = OperatingPoints.from_load_and_speed(20000.0, 1.0)
     angles = []
     for bearing in (MAINSHAFT, ceramic):
         growth = operating_growth(bearing, np.zeros(1), np.array([120.0]), inputs())
-        contacts = raceway_control(bearing, replace(points, growth=growth)).contacts
+        contacts = raceway_control_equilibrium(bearing, replace(points, growth=growth)).contacts
         angles.append(contacts.contact_angle_rad[0, 0])
     assert angles[1] > angles[0]
 
@@ -219,7 +222,7 @@ REFERENCE = {
 def test_torque_slip_and_angles_of_a_grown_bearing_are_those_of_another_program(duty):
     load, speed = duty
     growth, torque, inner, outer, slip = np.array(REFERENCE[duty]).T
-    points = OperatingPoints.axial(np.full(3, float(load)), speed * RPM)
+    points = OperatingPoints.from_load_and_speed(np.full(3, float(load)), speed * RPM)
     grown = with_inner_ring(points, growth * UM)
     motion = equilibrium(MAINSHAFT, grown, oil_volume_fraction=0.0036)
     np.testing.assert_allclose(motion.torque_n_m(), torque, atol=1.1e-3)
@@ -232,7 +235,7 @@ def test_torque_slip_and_angles_of_a_grown_bearing_are_those_of_another_program(
 def test_rings_without_play_still_find_their_equilibrium():
     # 84.8 um of radial play are gone: the balls are pressed by the rings alone
     growth = np.array([80.0, 90.0, 140.0]) * UM
-    points = OperatingPoints.axial(np.full(3, 5000.0), 18000 * RPM)
+    points = OperatingPoints.from_load_and_speed(np.full(3, 5000.0), 18000 * RPM)
     grown = with_inner_ring(points, growth)
     contacts = equilibrium(MAINSHAFT, grown).balance.contacts
     assert (np.diff(contacts.load_n[:, 0]) > 0).all()
@@ -243,7 +246,9 @@ def test_rings_without_play_still_find_their_equilibrium():
 
 
 def test_growth_of_some_points_is_that_of_these_points():
-    points = OperatingPoints.axial(np.array([5e3, 1e4, 2e4]), np.array([6e3, 12e3, 18e3]) * RPM)
+    points = OperatingPoints.from_load_and_speed(
+        np.array([5e3, 1e4, 2e4]), np.array([6e3, 12e3, 18e3]) * RPM
+    )
     problem_of_all_points = in_operation(problem(MAINSHAFT, points))
     point_index = np.array([2, 0])
     problem_of_points = in_operation(problem(MAINSHAFT, points.at_points(point_index)))

@@ -60,7 +60,7 @@ def test_the_oil_takes_its_share_of_the_heat_of_a_bearing(oil):
     inlet = np.array([70.0, 100.0, 100.0])
 
     def heat_w(at: np.ndarray, which: np.ndarray) -> np.ndarray:
-        points = OperatingPoints.axial(10e3, speed[which] * RPM)
+        points = OperatingPoints.from_load_and_speed(10e3, speed[which] * RPM)
         found = equilibrium(bearing, points, oil, at)
         return bearing.ball_count * np.sum(found.balance.heats_w, axis=0)
 

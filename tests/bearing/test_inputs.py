@@ -3,9 +3,9 @@
 import numpy as np
 
 from bearings import SETTINGS, shipped
-from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
+from oilfilm.bearing.inputs import INPUT_NAMES, InputValues
 
-UNCERTAIN = {**shipped("mainshaft-167").uncertain, **SETTINGS.uncertain()}
+UNCERTAIN = {**shipped("mainshaft-167").uncertain_inputs, **SETTINGS.uncertain_inputs()}
 
 
 def test_bearing_and_settings_have_every_input_within_its_range():
@@ -16,7 +16,7 @@ def test_bearing_and_settings_have_every_input_within_its_range():
 
 def test_draws_fill_the_range_and_half_of_them_are_on_either_side_of_the_value():
     probability = (np.arange(1000) + 0.5) / 1000
-    drawn = Inputs.drawn(UNCERTAIN, dict.fromkeys(INPUT_NAMES, probability))
+    drawn = InputValues.drawn(UNCERTAIN, dict.fromkeys(INPUT_NAMES, probability))
     for name in INPUT_NAMES:
         values, uncertain = getattr(drawn, name), UNCERTAIN[name]
         assert uncertain.low <= values.min() < values.max() <= uncertain.high
@@ -30,6 +30,6 @@ def test_draws_fill_the_range_and_half_of_them_are_on_either_side_of_the_value()
 
 
 def test_a_bearing_of_unknown_flow_has_an_unknown_feed():
-    unknown = shipped("harris-218").uncertain["feed_flow_m3_s"]
+    unknown = shipped("harris-218").uncertain_inputs["feed_flow_m3_s"]
     assert np.isnan(unknown).all()
     assert np.isnan(unknown.quantiles(np.array([0.1, 0.9]))).all()

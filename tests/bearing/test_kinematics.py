@@ -7,7 +7,7 @@ import pytest
 
 from bearings import RPM, any_bearing, problem, shipped
 from oilfilm.base.units import RAD_S_PER_RPM
-from oilfilm.bearing.ellipse import gauss_rule, sliding
+from oilfilm.bearing.ellipse import gauss_rule, sliding_in_ellipses
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.kinematics import (
     cage_slip,
@@ -16,7 +16,7 @@ from oilfilm.bearing.kinematics import (
     pitch_speed_mm_rpm,
     surface_speed_m_s,
 )
-from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control
+from oilfilm.bearing.quasistatic import Motion, OperatingPoints, raceway_control_equilibrium
 from oilfilm.bearing.torque import torque_terms
 
 TESTED = dict.fromkeys(
@@ -53,7 +53,9 @@ def test_slip_and_speed_are_found_back(gamma: float) -> None:
 def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
     # both angles equal at rest; a small load, so that the contact's middle lies on the ball
     bearing = replace(any_bearing(0.02, 7.0, 30.0, 0.52, 0.52), pitch_diameter_m=0.14)
-    contacts = raceway_control(bearing, OperatingPoints.axial(1.0, 0.0)).contacts
+    contacts = raceway_control_equilibrium(
+        bearing, OperatingPoints.from_load_and_speed(1.0, 0.0)
+    ).contacts
     radius = contacts.orbit_radius_m[0]
     normal, omega, slip = contacts.normal[0, :, 1], 100.0, 0.2
     gamma = bearing.ball_diameter_m * normal[1] / (2 * radius)
@@ -63,7 +65,9 @@ def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
     turning = spin * np.array([-normal[1], normal[0], 0.0])
     motion = Motion(np.array([cage]), turning[np.newaxis])
     rings = np.array([[omega, 0.0]])
-    middle = sliding(bearing, contacts, motion, rings, gauss_rule(2, 2)).middle_slide_roll_ratio[0]
+    middle = sliding_in_ellipses(
+        bearing, contacts, motion, rings, gauss_rule(2, 2)
+    ).middle_slide_roll_ratio[0]
     assert middle[0] == pytest.approx(float(inner_slide_roll_ratio(slip, gamma)), rel=1e-4)
     assert abs(middle[1]) < 1e-4
 
@@ -71,7 +75,7 @@ def test_contact_of_a_real_groove_slides_as_the_closed_form_has_it() -> None:
 def test_slide_roll_ratio_of_the_equilibrium_is_nearly_twice_the_cage_slip() -> None:
     # 4050 with its printed law at dmN 4e6, 100 degC, with much oil about
     bearing, load = shipped("mainshaft-167"), np.array([20_000.0, 14_500.0, 12_000.0, 8_000.0])
-    points = OperatingPoints.axial(load, 4e6 / (bearing.pitch_diameter_m * 1e3) * RPM)
+    points = OperatingPoints.from_load_and_speed(load, 4e6 / (bearing.pitch_diameter_m * 1e3) * RPM)
     terms = torque_terms(
         friction_equilibrium(problem(bearing, points, oil_volume_fraction=0.02)), TESTED
     )

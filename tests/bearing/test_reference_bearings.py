@@ -96,7 +96,9 @@ REFERENCES = [
 def test_the_equilibrium_is_that_of_another_program(reference):
     ball, pitch, count, angle, inner, outer = reference.sizes
     ring, land = reference.land
-    cage = replace(MAINSHAFT.cage, guided_by_outer=ring == "outer", land_diameter_m=land * 1e-3)
+    cage = replace(
+        MAINSHAFT.cage, guided_by_outer_ring=ring == "outer", land_diameter_m=land * 1e-3
+    )
     bearing = replace(
         MAINSHAFT,
         ball_diameter_m=ball * 1e-3,
@@ -107,7 +109,7 @@ def test_the_equilibrium_is_that_of_another_program(reference):
         cage=cage,
     )
     oil, load, speed, temperature = reference.duty
-    points = OperatingPoints.axial(float(load), speed * RPM)
+    points = OperatingPoints.from_load_and_speed(float(load), speed * RPM)
     at = problem(bearing, points, oil, float(temperature), oil_volume_fraction=0.0036)
     terms = torque_terms(friction_equilibrium(at), TESTED)
     for (column, value), rounding in zip(reference.found.items(), ROUNDING, strict=True):

@@ -15,7 +15,7 @@ from planted_fits import TESTED
 
 MAINSHAFT = shipped("mainshaft-167")
 # at 3.5 million mm rpm the inner contacts slide by half of their rolling speed
-SLIPPING = OperatingPoints.axial(3000.0, 20891 * RPM)
+SLIPPING = OperatingPoints.from_load_and_speed(3000.0, 20891 * RPM)
 
 
 def by_hand(slip: np.ndarray, contact: dict[str, np.ndarray]) -> np.ndarray:

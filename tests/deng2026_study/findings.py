@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 import yaml
 
-from deng2026_study.advice import NO_CHOICE, STAYS_BEST_SHARE, advise
+from deng2026_study.advice import JUDGEMENTS_WITHOUT_CHOICE, STAYS_BEST_SHARE, advise
 from deng2026_study.audit.audit import check, grid_of_box, printed_evidence
 from deng2026_study.extrapolation import relative_rms
 from deng2026_study.settings import SelectionSettings, study_settings
@@ -30,8 +30,8 @@ from oilfilm.bearing.resistance import Lubrication
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
-from oilfilm.torque.torque_control import without_bistable
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, certainty_of_best_oil
+from oilfilm.torque.torque_control import drop_bistable_plateaus
 from simulated_lab import true_bearing
 from simulated_lab.printed import PrintedCoefficients
 
@@ -70,10 +70,10 @@ def of_advice(campaign: str) -> dict[str, Any]:
     judged = table(campaign, "slip_advice")["judgement"].value_counts()
     others = ("heats more", "slips more", "rule has none")
     found = dict.fromkeys(others, 0) | dict(judged)
-    best = stays_best(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
+    best = certainty_of_best_oil(table(campaign, "cage_slip"), STAYS_BEST_SHARE)
     found |= {"mapped": len(best), "surely": best["surely"].sum(), "no_film": judged["no film"]}
     by_truth = table(campaign, "slip_advice")["true_judgement"].value_counts()
-    by_truth = by_truth.drop(list(NO_CHOICE), errors="ignore")
+    by_truth = by_truth.drop(list(JUDGEMENTS_WITHOUT_CHOICE), errors="ignore")
     found |= {f"true_{other}": by_truth.get(other, 0) for other in others}
     found["true_rules"] = (by_truth.get("agree", 0), by_truth.sum())
     found["true_rules_without"] = advice_without_doubtful(campaign)
@@ -104,7 +104,7 @@ def good_by_truth(campaign: str) -> "pd.Series[int]":
     settings = resolve(ROOT / "config", {"campaign": campaign})
     selection = study_settings(settings).selection
     judged = advise(true_slips(campaign), selection, settings.gates.lambda_limit)
-    decided = judged[~judged["judgement"].isin(NO_CHOICE)]
+    decided = judged[~judged["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     return decided["good_oils"].explode().value_counts()
 
 
@@ -129,7 +129,7 @@ def advice_without_doubtful(campaign: str) -> str:
     others = truth[truth["oil"] != DOUBTFUL]
     selection = without_oil(study_settings(settings).selection, DOUBTFUL)
     judged = advise(others, selection, settings.gates.lambda_limit)
-    decided = judged[~judged["judgement"].isin(NO_CHOICE)]
+    decided = judged[~judged["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     return f"{(decided['judgement'] == 'agree').sum()} of {len(decided)}"
 
 
@@ -142,10 +142,10 @@ def advice_of_a_rigid_bearing(campaign: str) -> dict[str, Any]:
     settings = resolve(ROOT / "config", {"campaign": campaign})
     constants = load(reference_file("printed_coefficients"), PrintedCoefficients).constants_by_oil()
     with mock.patch.object(true_bearing, "true_problem", _rigid_problem):
-        truth = true_bearing.true_map(table(campaign, "cage_slip"), settings, constants)
+        truth = true_bearing.true_cage_slip_map(table(campaign, "cage_slip"), settings, constants)
     selection = study_settings(settings).selection
     judged = advise(truth, selection, settings.gates.lambda_limit)
-    decided = judged[~judged["judgement"].isin(NO_CHOICE)]
+    decided = judged[~judged["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     good = decided["good_oils"].explode().value_counts()
     return {
         "rigid_rules": (decided["judgement"] == "agree").sum(),
@@ -455,7 +455,7 @@ def of_thermal() -> dict[str, Any]:
 
 def of_torque(campaign: str) -> dict[str, Any]:
     """By load variable: median and largest error of torque and of traction's part, in percent."""
-    rows = without_bistable(table(campaign, "torque"))
+    rows = drop_bistable_plateaus(table(campaign, "torque"))
     truth = table(campaign, "torque_truth", "twin")
     # levels of speed are thousands of rpm apart
     truth, rows = (each.assign(speed=each["inner_speed_rpm"].round(-3)) for each in (truth, rows))

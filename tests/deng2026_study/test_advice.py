@@ -12,9 +12,9 @@ from bearings import RPM, problem, shipped
 from campaigns import ROOT, printed
 from deng2026_study.advice import (
     BY_RULES,
-    NO_CHOICE,
+    JUDGEMENTS_WITHOUT_CHOICE,
     advice_by_truth,
-    advice_in_band,
+    advice_tables,
     advise,
     first_rule_and_oil,
 )
@@ -234,7 +234,7 @@ def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
 def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
     rows = [row for row in operating_point((0.0, 0.0, 0.0)) if row["oil"] != "4050"]
     for slips in (pd.DataFrame(rows), tables.empty("cage_slip")):
-        made = advice_in_band([], CampaignTables.in_memory(cage_slip=slips), config)
+        made = advice_tables([], CampaignTables.in_memory(cage_slip=slips), config)
         assert made["slip_advice"].empty
         assert made["advice_band"].empty
 
@@ -250,7 +250,7 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
     )
     oils = oils_in_bearings(*printed_fits(), small)
     results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
-    band = advice_in_band(oils, results, small)["advice_band"]
+    band = advice_tables(oils, results, small)["advice_band"]
     assert set(band["choice"]) == {BY_RULES, *OILS}
     assert set(band["rule_order"]) == {"as set", *study_settings(small).selection.band.rule_orders}
     hot = small.with_changes({"bearing": {"cage_slip": {"inlet_temperature_c": 140}}})
@@ -258,7 +258,7 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
         with_study(hot, {"selection": {"limits": {"slip_limit": 0.075}}})
     ).selection
     alone = advise(cage_slip_table(oils, hot), half, hot.gates.lambda_limit)
-    alone = alone[~alone["judgement"].isin(NO_CHOICE)]
+    alone = alone[~alone["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     assert set(band["traction"]) == {"law"}
     here = band[(band["rule_order"] == "as set") & (band["varied_limit"] == "slip_limit")]
     here = here[here["inlet_temperature_c"] == 140].set_index("choice")
@@ -275,7 +275,7 @@ def test_where_the_law_is_the_truth_both_have_one_band() -> None:
     )
     oils = oils_in_bearings(*printed_fits(), small)
     results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
-    made = advice_in_band(oils, results, small)
+    made = advice_tables(oils, results, small)
     constants = {oil: np.array(values) for oil, values in printed().items()}
     made = advice_by_truth(made["slip_advice"], made["advice_band"], results, small, constants)
     by_traction = dict(list(made["advice_band"].drop(columns="bearing").groupby("traction")))
@@ -299,14 +299,14 @@ def test_rules_and_one_oil_everywhere_are_as_good_as_recomputed() -> None:
     parts = []
     for oil, rows in in_operation.groupby("oil", sort=False):
         speed = rows["inner_speed_rpm"].to_numpy() * RPM
-        points = OperatingPoints.axial(rows["axial_load_n"].to_numpy(), speed)
+        points = OperatingPoints.from_load_and_speed(rows["axial_load_n"].to_numpy(), speed)
         of_drawing = friction_equilibrium(problem(shipped("mainshaft-167"), points, str(oil)))
         unknown = dict.fromkeys((*CONDITIONS, "slide_roll_ratio"), (np.nan, np.nan))
         terms = torque_terms(of_drawing, unknown)
         columns = ("cage_slip", "torque_n_m", "lambda_ratio", *PRESSURES)
         parts.append(rows.assign(**{name: terms[name] for name in columns}))
     advice = advise(pd.concat(parts), study_settings(config).selection, config.gates.lambda_limit)
-    advice = advice[~advice["judgement"].isin(NO_CHOICE)]
+    advice = advice[~advice["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     assert len(advice) == pytest.approx(72, abs=1)
     assert (advice["judgement"] == "agree").sum() == pytest.approx(48, abs=1)
     for oil, count in {"4050": 55, "4010": 22, "4102": 2}.items():

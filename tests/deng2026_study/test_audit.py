@@ -207,10 +207,12 @@ def test_truth_by_equation_is_no_evidence(config: Settings, law: str, given: boo
     evidence = evidence_of(printed(), config)
     laws = {oil: replace(fit, law=LAWS[law]) for oil, fit in evidence.fit_by_oil.items()}
     fitted, slips = replace(evidence, fit_by_oil=laws), np.linspace(0, 0.3, 31)
-    no_slip = partial(checks._any_constants, slip=np.zeros(1))
-    assert checks._true_of_every_law(fitted, lambda law: no_slip(law) == 0) is given
+    no_slip = partial(checks._mu_for_any_constants, slip=np.zeros(1))
+    assert checks._is_true_of_every_law(fitted, lambda law: no_slip(law) == 0) is given
     assert (
-        checks._true_of_every_law(fitted, lambda law: checks._any_constants(law, slips) >= 0)
+        checks._is_true_of_every_law(
+            fitted, lambda law: checks._mu_for_any_constants(law, slips) >= 0
+        )
         is given
     )
 
@@ -253,7 +255,7 @@ def test_only_the_doubtful_oil_has_more_traction_than_a_film_can_carry(config: S
     evidence = of_printed(printed(), config).with_levels(
         max_hertz_pressure_gpa=[2.5], entrainment_speed_m_s=[20.0], inlet_temperature_c=[20.0]
     )
-    largest = evidence.by_oil(np.max, evidence.mu(slide_roll_ratio=evidence.curve_slips))
+    largest = evidence.summary_by_oil(np.max, evidence.mu(slide_roll_ratio=evidence.curve_slips))
     limit = config.gates.traction_max
     assert {oil for oil, mu in largest.items() if mu > limit} == set(doubtful) == {"4010"}
 
@@ -379,7 +381,7 @@ def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
     stated, fitted = [], []
     for _ in range(80):
         noisy = mu + generator.normal(0.0, noise, len(slip))
-        stated.append(checks._error_of_curve(slip, noisy))
+        stated.append(checks._coefficient_error_of_curve(slip, noisy))
         law, _ = curve_fit(
             lambda s, a, b, c: (b * s - a) * np.exp(-c * s) + a, slip, noisy, (size, slope, rate)
         )
@@ -397,14 +399,19 @@ def test_a_point_at_almost_no_slip_does_not_decide_how_well_a_curve_is_known() -
     mu = (slope * slip - size) * np.exp(-rate * slip) + size
     noisy = mu + np.random.default_rng(3).normal(0.0, 2e-5, len(slip))
     noisy[0] = 4.5e-5
-    with_first = checks._error_of_curve(slip, noisy)
-    assert with_first == pytest.approx(checks._error_of_curve(slip[1:], noisy[1:]), rel=0.3)
+    with_first = checks._coefficient_error_of_curve(slip, noisy)
+    assert with_first == pytest.approx(
+        checks._coefficient_error_of_curve(slip[1:], noisy[1:]), rel=0.3
+    )
 
 
 def test_a_curve_that_comes_to_its_level_without_a_peak_determines_no_b() -> None:
     slip = np.linspace(0.01, 0.3, 30)
     alternating = 1e-5 * (-1.0) ** np.arange(30)
-    assert checks._error_of_curve(slip, 0.02 * (1 - np.exp(-30 * slip)) + alternating) > 1.0
+    assert (
+        checks._coefficient_error_of_curve(slip, 0.02 * (1 - np.exp(-30 * slip)) + alternating)
+        > 1.0
+    )
 
 
 def test_load_suppresses_slip_where_the_slip_falls_from_load_to_load(

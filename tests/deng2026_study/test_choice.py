@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from deng2026_study.advice import NO_EQUILIBRIUM, OUTSIDE
+from deng2026_study.advice import NO_EQUILIBRIUM, OUTSIDE_FILM_FORMULA
 from deng2026_study.study import sections
 from oilfilm import tables
 from oilfilm.settings.resolved import Settings
@@ -102,7 +102,7 @@ def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) ->
 
 
 def test_operating_points_without_a_choice_are_told_by_reason(config: Settings) -> None:
-    judgements = ["agree", "slips", "no film", "no film", OUTSIDE, NO_EQUILIBRIUM]
+    judgements = ["agree", "slips", "no film", "no film", OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM]
     text = told(judgements, [100] * 6, [1.0] * 6, config)
     assert "at 1 of 2 operating points" in text
     assert "No choice at 2 operating points: no oil has enough film." in text

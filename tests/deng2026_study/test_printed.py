@@ -57,7 +57,7 @@ def constants(heads: tuple[float, float, float], powers: list[float]) -> np.ndar
 
 
 def surface(of: np.ndarray, levels: int = 7) -> TractionOverBox:
-    return TractionOverBox.over(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
+    return TractionOverBox.from_box(BOX, levels, SLIPS, to_internal(LAW, of)[:, np.newaxis])
 
 
 def scores(of: TractionOverBox, **limits: float) -> dict[str, float]:
@@ -108,7 +108,7 @@ def test_slight_decline_is_measured_from_the_peak_to_the_end() -> None:
     at S 0.3 mu is 0.02 + 0.28 exp(-9) = 0.02003: a quarter is lost."""
     curve = surface(constants((-0.02, 1.0, 30.0), [0.0] * 9))
     assert curve.peak_slip.flat[0] == pytest.approx(1 / 30 + 0.02)
-    assert curve.peak.flat[0] == pytest.approx(0.02673, abs=1e-5)
+    assert curve.peak_mu.flat[0] == pytest.approx(0.02673, abs=1e-5)
     assert scores(curve, decline_max=0.26)["declines_slightly"] == 1
     assert scores(curve, decline_max=0.24)["declines_slightly"] == 0
 
@@ -143,7 +143,7 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
     ends = [np.array(BOX[name]) for name in CONDITIONS]
     p, u, t = np.meshgrid(*ends, indexing="ij")
     dense = traction_coefficient(of, p[..., None], u[..., None], t[..., None], slip).max(axis=-1)
-    peak = closed.peak[..., 0]
+    peak = closed.peak_mu[..., 0]
     assert np.all(peak >= dense * (1 - 1e-9) - 1e-15)
     # a peak narrower than the grid's steps is not seen there
     resolved = closed.magnitudes[2, ..., 0] < 1000

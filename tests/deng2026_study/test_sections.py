@@ -12,7 +12,7 @@ from deng2026_study import study
 from deng2026_study.audit.audit import audit, printed_evidence
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
 from deng2026_study.printed_constants import judge_printed
-from deng2026_study.printed_law import with_printed
+from deng2026_study.printed_law import add_printed_values
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
 from oilfilm.curation.coverage import coverage, gate_counts
@@ -125,7 +125,7 @@ def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign)
         made = {section.anchor: section for section in study.sections(results, campaign)}
         return told(made["printed"])
 
-    beside = with_printed(fits, load(REFERENCE, PrintedCoefficients))
+    beside = add_printed_values(fits, load(REFERENCE, PrintedCoefficients))
     sure = fits.assign(verdict="known", value=beside["printed_value"])
     assert "The fits confirm 9 of 9 signs in use. CIRCULAR" in line(sure)
     turned = sure.assign(value=sure["value"].where(sure["constant"] != "C1", -sure["value"]))

@@ -9,9 +9,9 @@ import numpy as np
 from campaigns import oil_of, printed, rig_contact
 from oilfilm.bearing.ellipse import TractionLaw, gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.friction import QUADRATURE, FrictionEquilibrium, FrictionProblem
+from oilfilm.bearing.friction import NODE_COUNTS, FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
 from oilfilm.fits.fitted import Coefficients, FittedLaw
@@ -96,7 +96,7 @@ def problem(
     oil: str = "4050",
     temperature_c: float | np.ndarray = 100.0,
     law: TractionLaw | None = None,
-    nodes: tuple[int, int] = QUADRATURE,
+    nodes: tuple[int, int] = NODE_COUNTS,
     **changed: float,
 ) -> FrictionProblem:
     """The friction problem of a bearing with an oil, by default with the printed law of the oil."""
@@ -106,8 +106,8 @@ def problem(
 
 def in_operation(at_rest: FrictionProblem) -> FrictionProblem:
     """The problem with growth, feed oil and starvation, by the values of bearing and settings."""
-    uncertain = {**at_rest.bearing.uncertain, **SETTINGS.uncertain()}
-    return at_rest.with_inputs(Inputs.without_draws(uncertain, len(at_rest.points.axial_load_n)))
+    uncertain = {**at_rest.bearing.uncertain_inputs, **SETTINGS.uncertain_inputs()}
+    return at_rest.with_inputs(InputValues.nominal(uncertain, len(at_rest.points.axial_load_n)))
 
 
 def equilibrium(*arguments: Any, **options: Any) -> FrictionEquilibrium:

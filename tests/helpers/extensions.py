@@ -74,13 +74,13 @@ HYPERBOLA = Law(
     parts=(("h", "B*S/(B*S + 1)"),),
     coefficients=(
         Coefficient("A", +1, 1e-4, 1.0),
-        Coefficient("B", +1, 1.0, 1e4, per_slip=True),
+        Coefficient("B", +1, 1.0, 1e4, multiplies_slip=True),
         Coefficient("K", +1, 1e-3, 1e3, exponents=(-1.0, 0.0, 0.0)),
     ),
     conditions=CONDITIONS,
     groups=CONDITIONS,
     reference=(100.0, 20.0, 20.0),
-    must_vary=("load_n",),
+    varied_conditions_needed=("load_n",),
 )
 '''
 

@@ -16,7 +16,7 @@ from campaigns import HEATED_FILM, oil_of, printed, rig_contact
 from oilfilm import tables
 from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.physics.contact import Contact
-from oilfilm.physics.thermal_traction import ThermalEhl, thermal_ehl_traction
+from oilfilm.physics.thermal_traction import ThermalEhlConstants, thermal_ehl_traction
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
@@ -31,7 +31,7 @@ def law_truth(oil: str) -> Truth:
 
 def heated_film_truth(oil: str) -> Truth:
     """A thermal, shear-thinning film on the rig, which no law of oilfilm is."""
-    properties, film, contact = oil_of(oil), ThermalEhl(**HEATED_FILM), rig_contact()
+    properties, film, contact = oil_of(oil), ThermalEhlConstants(**HEATED_FILM), rig_contact()
 
     def traction(
         pressure_gpa: FloatArray, speed: FloatArray, temperature: FloatArray, slip: FloatArray

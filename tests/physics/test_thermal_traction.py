@@ -18,9 +18,9 @@ from oilfilm.physics.contact import (
 )
 from oilfilm.physics.thermal_traction import (
     SlidingFilm,
-    ThermalEhl,
+    ThermalEhlConstants,
     barus_viscosity,
-    eyring_stress,
+    eyring_shear_stress,
     film_temperature_rise,
     flash_temperature_rise,
     limited_stress,
@@ -48,7 +48,7 @@ def mu(
 ) -> Any:
     """Of the rig's contact."""
     constants, max_pressure = (
-        ThermalEhl(**CONSTANTS | changed_constants),
+        ThermalEhlConstants(**CONSTANTS | changed_constants),
         np.asarray(pressure_gpa) * 1e9,
     )
     return thermal_ehl_traction(
@@ -62,7 +62,10 @@ def film(
     """Where the pressure of that contact is its mean."""
     load = load_for_max_hertz_pressure(pressure_gpa * 1e9, RADIUS_M, MODULUS_PA)
     conditions = Conditions(load, pressure_gpa, speed, inlet, RADIUS_M, MODULUS_PA)
-    constants, mean = ThermalEhl(**CONSTANTS | changed_constants), 2 / 3 * pressure_gpa * 1e9
+    constants, mean = (
+        ThermalEhlConstants(**CONSTANTS | changed_constants),
+        2 / 3 * pressure_gpa * 1e9,
+    )
     return sliding_film(
         OILS[oil], constants, conditions, mean, slip, radius_of_contact(pressure_gpa)
     )
@@ -151,8 +154,8 @@ def test_stress_and_temperatures_found_belong_together(
         OILS[oil].pressure_viscosity_coefficient_1_pa(film_temperature_c),
         mean_pressure,
     )
-    limit = limiting_stress(mean_pressure, film_temperature_c, ThermalEhl(**CONSTANTS))
-    bearable = limited_stress(eyring_stress(viscosity, state.shear_rate_1_s, 5e6), limit)
+    limit = limiting_stress(mean_pressure, film_temperature_c, ThermalEhlConstants(**CONSTANTS))
+    bearable = limited_stress(eyring_shear_stress(viscosity, state.shear_rate_1_s, 5e6), limit)
     assert state.shear_stress_pa == pytest.approx(bearable, rel=1e-7)
     assert 0 < state.shear_stress_pa < limit
 
@@ -214,11 +217,11 @@ def test_film_temperature_is_that_of_a_layer_solved_cell_by_cell() -> None:
 @given(rates, stresses)
 def test_thinning_film_is_newtonian_slow_and_thinner_fast(rate: float, stress: float) -> None:
     slow = 1e-4 * stress / rate
-    assert eyring_stress(slow, rate, stress) == pytest.approx(slow * rate, rel=1e-6)
+    assert eyring_shear_stress(slow, rate, stress) == pytest.approx(slow * rate, rel=1e-6)
     fast = 1e4 * stress / rate
-    assert eyring_stress(fast, rate, stress) < fast * rate
+    assert eyring_shear_stress(fast, rate, stress) < fast * rate
     # by its definition a logarithm
-    step = eyring_stress(10 * fast, rate, stress) - eyring_stress(fast, rate, stress)
+    step = eyring_shear_stress(10 * fast, rate, stress) - eyring_shear_stress(fast, rate, stress)
     assert step == pytest.approx(stress * np.log(10), rel=1e-6)
 
 

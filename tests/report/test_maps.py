@@ -14,7 +14,7 @@ from fit_points import matrix
 from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
-from oilfilm.physics.thermal_traction import ThermalEhl, film_stress, thermal_ehl_traction
+from oilfilm.physics.thermal_traction import ThermalEhlConstants, film_stress, thermal_ehl_traction
 from oilfilm.report.figures.fits import without_heat
 from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
@@ -68,7 +68,7 @@ class HeatedTruth:
 
 
 OIL, MODULUS_PA = oil_of("4050"), 221.6e9
-CONSTANTS = ThermalEhl(**HEATED_FILM)
+CONSTANTS = ThermalEhlConstants(**HEATED_FILM)
 
 
 def isothermal_truth(pressure_gpa: float, speed: float, inlet_c: float, slip: float) -> float:

@@ -11,9 +11,9 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.bearing.ellipse import TractionLaw
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
-from simulated_lab.plan import PlannedRun
+from simulated_lab.plan import SimulatedRun
 from simulated_lab.simulate import simulate_campaign, slip_programme
-from simulated_lab.truth import TrueTraction, misfit, true_tractions
+from simulated_lab.truth import TrueTraction, true_tractions, truth_misfit
 
 
 def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo: Campaign) -> None:
@@ -28,7 +28,7 @@ def test_log_depends_on_seed_and_name_and_says_simulated(config: Settings, demo:
 def test_near_pressures_give_logs_with_different_names() -> None:
     names = []
     for pressure_gpa in (1.2, 1.23, 1.234):
-        names.append(PlannedRun("4102", {"max_hertz_pressure_gpa": pressure_gpa}).name)
+        names.append(SimulatedRun("4102", {"max_hertz_pressure_gpa": pressure_gpa}).name)
     assert names == ["4102_P1.20.csv", "4102_P1.23.csv", "4102_P1.234.csv"]
 
 
@@ -86,7 +86,7 @@ def test_printed_truth_is_the_printed_law(config: Settings) -> None:
 def test_one_truth_is_behind_both_rigs(campaign: str, largest: float) -> None:
     config = resolve(ROOT / "config", {"campaign": campaign})
     for oil, truth in true_tractions(config, printed()).items():
-        assert misfit(truth, config) <= largest, oil
+        assert truth_misfit(truth, config) <= largest, oil
 
 
 def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
@@ -97,4 +97,4 @@ def test_misfit_is_what_the_torque_rig_has_too_much(config: Settings) -> None:
         return lambda at, slip: 1.07 * law(*contact)(at, slip)
 
     planted = Mock(spec=TrueTraction, side_effect=truth, local_law=more)
-    assert misfit(planted, config) == pytest.approx(0.07, abs=1e-6)
+    assert truth_misfit(planted, config) == pytest.approx(0.07, abs=1e-6)

@@ -37,7 +37,7 @@ def test_true_torque_is_that_of_the_law_behind_the_traction_logs(config: Setting
     load, speed, temperature = of_oil[
         ["axial_load_n", "inner_speed_rpm", "oil_temperature_c"]
     ].to_numpy().T  # fmt: skip
-    points = OperatingPoints.axial(load, speed * RPM)
+    points = OperatingPoints.from_load_and_speed(load, speed * RPM)
     bearing, law = shipped("mainshaft-167"), eq7("4050")
     at_rest = problem(bearing, points, "4050", temperature, law, (32, 8))
     torque = friction_equilibrium(in_operation(at_rest)).torque_n_m()

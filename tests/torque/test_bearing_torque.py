@@ -21,7 +21,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import (
     _TRACTION_FACTORS,
     OilInBearing,
-    _nearest_pair,
+    _nearest_pair_index,
     cage_slip_table,
     oils_in_bearings,
     size_effect_table,
@@ -87,7 +87,7 @@ def test_each_operating_point_may_have_constants_of_its_own(oils):
 
 
 def test_inversion_finds_the_traction_that_was_planted(config, oils):
-    law, points = printed_law("4050"), OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
+    law, points = printed_law("4050"), OperatingPoints.from_load_and_speed(20000.0, SPEED_RPM * RPM)
 
     def stronger(conditions: FloatArray, slide_roll_ratio: FloatArray) -> FloatArray:
         return 1.33 * law(conditions, slide_roll_ratio)
@@ -111,7 +111,7 @@ def test_of_two_factors_as_far_from_the_law_the_weaker_traction_is_taken():
     pairs = len(_TRACTION_FACTORS) - 1
     for lower in range(pairs // 2):
         mirrored = np.isin(np.arange(pairs), [lower, pairs - 1 - lower])
-        assert _nearest_pair(mirrored[:, np.newaxis]).tolist() == [lower]
+        assert _nearest_pair_index(mirrored[:, np.newaxis]).tolist() == [lower]
 
 
 def test_uncertainty_of_the_inversion_is_the_change_by_a_torque_wrong_by_it(config, oils):
@@ -168,7 +168,7 @@ def test_a_share_of_the_feed_oil_that_may_be_none_or_all_makes_the_traction_unce
 
 def test_without_the_flow_of_feed_oil_a_measured_torque_says_nothing_of_traction(config, oils):
     # the bearing takes 0.6 N m more at 9000 rpm than it does without its 8 L/min of feed oil
-    points = OperatingPoints.axial(20000.0, SPEED_RPM * RPM)
+    points = OperatingPoints.from_load_and_speed(20000.0, SPEED_RPM * RPM)
     fed = in_operation(problem(shipped("mainshaft-167"), points, law=printed_law("4050")))
     truth = torque_terms(friction_equilibrium(fed), TESTED)
     file = config.bearings["mainshaft-167"].model_copy(update={"oil_supply": None})

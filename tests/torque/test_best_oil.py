@@ -9,7 +9,7 @@ from oilfilm.torque.best_oil import (
     OPERATING_POINT_COLUMNS,
     best_oil_table,
     best_shares,
-    stays_best,
+    certainty_of_best_oil,
 )
 
 LIMITS = {"slip_limit": 0.15, "lambda_limit": 3.0}
@@ -75,7 +75,7 @@ def test_one_draw_without_an_equilibrium_moves_a_share_by_one_count_and_turns_no
 ) -> None:
     complete_draws = draws([2] * best_count + [1] * (100 - best_count))
     shares_before = shares(complete_draws)
-    stability_before = stays_best(shares_before, 0.95).iloc[0]
+    stability_before = certainty_of_best_oil(shares_before, 0.95).iloc[0]
     assert stability_before["surely"] == (best_count >= 95)
     assert not stability_before["perhaps"]
     for lost_draw_index in range(100):
@@ -88,7 +88,7 @@ def test_one_draw_without_an_equilibrium_moves_a_share_by_one_count_and_turns_no
             (shares_after["best_share"] - shares_before["best_share"]).abs() <= 0.01 + 1e-12
         ).all()
         # it may become open, but never the contrary
-        stability_after = stays_best(shares_after, 0.95).iloc[0]
+        stability_after = certainty_of_best_oil(shares_after, 0.95).iloc[0]
         assert (
             stability_after["surely"]
             <= stability_before["surely"]
@@ -109,4 +109,4 @@ def test_without_any_draw_there_is_no_share() -> None:
     table = shares(np.full((3, 100, len(OILS)), NAN))
     assert table["best_share"].isna().all()
     assert table["draws_answered"].tolist() == [0] * 3
-    assert not stays_best(table, 0.95)["surely"].any()
+    assert not certainty_of_best_oil(table, 0.95)["surely"].any()

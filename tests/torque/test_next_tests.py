@@ -28,18 +28,18 @@ from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_point_table
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, oils_with_uncertainty
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, oils_with_uncertainty
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests
 from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.torque.next_tests import (
-    Request,
+    PlanRequest,
     feasible_candidates,
-    plan_oil,
     plan_table,
+    plan_tests,
     request_from_settings,
 )
-from oilfilm.torque.operating_grid import Film
-from oilfilm.torque.torque_uncertainty import FACTOR_TERMS
+from oilfilm.torque.operating_grid import OilFilm
+from oilfilm.torque.torque_uncertainty import RANDOM_FACTOR_TERMS
 from oilfilm.torque.wanted_quantities import wanted_in_bearing, wanted_traction
 from oilfilm.traction.law import CONDITIONS, to_constants
 from pictures import draw, nothing_is_cut_off
@@ -66,9 +66,9 @@ LAW_ALONE = SETTINGS.with_changes(
         "bearing": {
             **{
                 f"{name}_range": [value * (1 - 1e-9), value]
-                for name, (value, _, _) in SETTINGS.bearing.uncertain().items()
+                for name, (value, _, _) in SETTINGS.bearing.uncertain_inputs().items()
             },
-            "term_uncertainty": dict.fromkeys(FACTOR_TERMS, 0.0),
+            "term_uncertainty": dict.fromkeys(RANDOM_FACTOR_TERMS, 0.0),
             "stand_in_uncertainty": {"viscosity": 0.0, "pressure_viscosity_coefficient": 0.0},
         },
     }
@@ -111,7 +111,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     information: Information,
 ) -> None:
     """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
-    film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
+    film = OilFilm(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
     rig = PlannedRig.from_settings(SETTINGS)
     lambda_limit = SETTINGS.gates.lambda_limit
     feasible = feasible_candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
@@ -119,9 +119,9 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
         oil_in_bearing(), SETTINGS.tested_bearing(), DUTY, information, CONTACT
     )
     wanted_torque = wanted_by_target["torque"]
-    by_form_error = np.zeros(len(wanted_torque.traction_gradient))
+    change_by_form_error = np.zeros(len(wanted_torque.traction_gradient))
     gradients = information.gradients(
-        wanted_torque.gradients, by_form_error, wanted_torque.coordinates
+        wanted_torque.gradients, change_by_form_error, wanted_torque.coordinates
     )
     precision_of_test = information.precision_of_curves(feasible.curves, feasible.form_error)
     design = choose(information.precision, precision_of_test, gradients, 4)
@@ -145,7 +145,7 @@ def results() -> CampaignTables:
 
 
 @pytest.fixture(scope="module")
-def request_for() -> Request:
+def request_for() -> PlanRequest:
     return replace(request_from_settings(SETTINGS), duty=DUTY, test_count=3)
 
 
@@ -161,12 +161,12 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     assert (ratio > 0.1).all()
 
 
-def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Request) -> None:
+def test_tests_near_the_contacts_win(results: CampaignTables, request_for: PlanRequest) -> None:
     """Distances of the first test from the contacts, in spans of the tests to choose from."""
     mean_distances = []
     for law_error in (1e-6, 0.15):
         settings = SETTINGS.with_changes({"bearing": {"law_error_beyond": law_error}})
-        (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("cage_slip",)))
+        (plan,) = plan_tests(results, settings, OIL, replace(request_for, targets=("cage_slip",)))
         test_coordinates = plan.information.form_coordinates(plan.candidates.curves)
         span = np.ptp(test_coordinates, axis=0)
         contact_coordinates = plan.wanted.coordinates.reshape(-1, 3)
@@ -178,18 +178,18 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: Reque
 
 
 def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
-    results: CampaignTables, request_for: Request
+    results: CampaignTables, request_for: PlanRequest
 ) -> None:
     """Beside the standard deviations of draws, and without tests for a torque that drag decides."""
     (oil,) = oils_with_uncertainty(results, SETTINGS)
     points = operating_point_table(SETTINGS.tested_bearing(), *DUTY.T)
-    cases = Cases(SETTINGS.tested_bearing(), [CaseGroup(oil, "stress", points)])
+    cases = FrictionCases(SETTINGS.tested_bearing(), [CaseGroup(oil, "stress", points)])
     drawn, _, _ = cases.calculate_with_uncertainty(SETTINGS.seed)
     uncertainty_of_target = {
         "torque": drawn["torque_n_m_uncertainty"] / drawn["torque_n_m"],
         "cage_slip": drawn["cage_slip_uncertainty"],
     }
-    torque_plan, slip_plan = plan_oil(results, SETTINGS, OIL, request_for)
+    torque_plan, slip_plan = plan_tests(results, SETTINGS, OIL, request_for)
     for plan in (torque_plan, slip_plan):
         table = plan.table()
         expected = np.sqrt((uncertainty_of_target[plan.wanted.target] ** 2).mean())
@@ -197,17 +197,19 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
         assert table["uncertainty_now"].iloc[0] == pytest.approx(expected, rel=0.1)
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
-    assert torque_plan.irreducible_uncertainty > 0.9 * torque_plan.with_irreducible(
+    assert torque_plan.irreducible_uncertainty > 0.9 * torque_plan.total_uncertainty(
         torque_plan.design.uncertainty_before
     )
     assert not torque_plan.design.chosen_indices
     assert len(slip_plan.design.chosen_indices) == request_for.test_count
 
 
-def test_plan_keeps_to_what_the_rig_can_run(results: CampaignTables, request_for: Request) -> None:
+def test_plan_keeps_to_what_the_rig_can_run(
+    results: CampaignTables, request_for: PlanRequest
+) -> None:
     """Stated 3 GPa, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     of_exact_bearing = replace(request_for, bearing=LAW_ALONE.tested_bearing())
-    for plan in plan_oil(results, LAW_ALONE, OIL, of_exact_bearing):
+    for plan in plan_tests(results, LAW_ALONE, OIL, of_exact_bearing):
         assert (plan.design.uncertainty_with_one <= plan.design.uncertainty_before).all()
         table = plan.table()
         # 3 GPa of this ball by Hertz; the assumed full scale of 200 N bounds nothing
@@ -255,7 +257,7 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(
 def test_a_film_that_the_formula_does_not_give_is_not_counted_as_a_thin_one() -> None:
     rig = replace(PlannedRig.from_settings(SETTINGS), full_scale=None)
     oil = SETTINGS.known_oil("4102")
-    film = Film(rig.contact, oil, SETTINGS.film.thickness)
+    film = OilFilm(rig.contact, oil, SETTINGS.film.thickness)
     # cold oil at high speed; hot oil at low speed; in between
     conditions = np.array([[3.0, 50.0, 25.0], [1.0, 5.0, 150.0], [1.0, 40.0, 60.0]])
     # the numerator of Gupta's reduction (docs/physics.md, Film) is not above 0 in cold oil
@@ -341,40 +343,44 @@ LIMITS = "lacks the key `limits`"
     [(("limits",), LIMITS), (("ball_radius_m", "limits"), "lacks the contact")],
 )
 def test_a_rig_that_is_not_known_is_refused(
-    results: CampaignTables, request_for: Request, lacking: tuple[str, ...], sentence: str
+    results: CampaignTables, request_for: PlanRequest, lacking: tuple[str, ...], sentence: str
 ) -> None:
     plain = SETTINGS.plain()
     rig = {key: value for key, value in plain["rigs"][RIG_NAME].items() if key not in lacking}
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig}})
     with pytest.raises(OilfilmError, match=sentence):
-        plan_oil(results, settings, OIL, request_for)
+        plan_tests(results, settings, OIL, request_for)
     table, reasons = plan_table(results, settings)
     assert table.empty
     assert sentence in reasons[0]
 
 
-def test_nothing_to_plan_is_told_and_refused(results: CampaignTables, request_for: Request) -> None:
+def test_nothing_to_plan_is_told_and_refused(
+    results: CampaignTables, request_for: PlanRequest
+) -> None:
     without_refits = results.replace(refits=results.refits.iloc[:0])
     with pytest.raises(OilfilmError, match="too few curves"):
-        plan_oil(without_refits, SETTINGS, OIL, request_for)
+        plan_tests(without_refits, SETTINGS, OIL, request_for)
     one_run = results.points[results.points["run_id"] == "run000"]
     with pytest.raises(OilfilmError, match="do not tell the law's constants apart"):
-        plan_oil(results.replace(points=one_run), SETTINGS, OIL, request_for)
+        plan_tests(results.replace(points=one_run), SETTINGS, OIL, request_for)
     # a full scale that is known bounds the tests
     with_known_full_scale = {"rigs": {RIG_NAME: {"full_scale": {"assumed": []}}}}
     levels = {"plan": {"levels": {"max_hertz_pressure_gpa": [2.5, 3.5]}}}
     beyond_the_rig = SETTINGS.with_changes({**with_known_full_scale, **levels})
     with pytest.raises(OilfilmError, match=r"largest pressure \(72\), the load sensor's .* \(72\)"):
-        plan_oil(results, beyond_the_rig, OIL, request_for)
+        plan_tests(results, beyond_the_rig, OIL, request_for)
     one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN_ERRORS)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 20}}).fit
     fit_of_one_speed = fit_oil(one_speed, OIL, quick, 1)
     at_one_speed = fit_of_one_speed.replace(points=one_speed)
     with pytest.raises(OilfilmError, match="follows every condition"):
-        plan_oil(at_one_speed, SETTINGS, OIL, request_for)
+        plan_tests(at_one_speed, SETTINGS, OIL, request_for)
 
 
-def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for: Request) -> None:
+def test_a_plan_is_for_one_rig_and_contact(
+    results: CampaignTables, request_for: PlanRequest
+) -> None:
     plain = SETTINGS.plain()
     rig = plain["rigs"][RIG_NAME]
     rig_of_another_ball = {key: value for key, value in rig.items() if key != "limits"} | {
@@ -382,12 +388,12 @@ def test_a_plan_is_for_one_rig_and_contact(results: CampaignTables, request_for:
     }
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig_of_another_ball}})
     with pytest.raises(OilfilmError, match="different contacts"):
-        plan_oil(results, settings, OIL, request_for)
-    (plan,) = plan_oil(results, settings, OIL, replace(request_for, targets=("traction",)))
+        plan_tests(results, settings, OIL, request_for)
+    (plan,) = plan_tests(results, settings, OIL, replace(request_for, targets=("traction",)))
     assert len(plan.design.chosen_indices) == request_for.test_count
     settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
-        plan_oil(results, settings, OIL, request_for)
+        plan_tests(results, settings, OIL, request_for)
 
 
 def test_map_of_tests_draws_what_the_table_has(results: CampaignTables) -> None:

@@ -15,8 +15,8 @@ from oilfilm.surface.measurements import LevelWidths, level_numbers, scaled_cond
 from oilfilm.surface.steadiness import smallest_seen
 from oilfilm.surface.surface import fit_surface
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import Film, Grid
-from oilfilm.torque.run_order import ordered_by
+from oilfilm.torque.operating_grid import Grid, OilFilm
+from oilfilm.torque.run_order import ordering_condition
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs, run_plan_table
 from oilfilm.traction.law import CONDITIONS
 from planned_tests import CONTACT, OIL
@@ -37,7 +37,7 @@ from surface_campaigns import (
 # A rig whose full scales are known, so that they bound the runs.
 SETTINGS = AS_STATED.with_changes({"rigs": {"ball-on-disc-20mm": {"full_scale": {"assumed": []}}}})
 PLAIN = without(SETTINGS, "matrix")
-NO_DATA = MeasuredRuns.none()
+NO_DATA = MeasuredRuns.empty()
 CUBE = grid(PRESSURES, (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
 BOX = (ends(PRESSURES), ends(SPEEDS), ends(TEMPERATURES))
 
@@ -152,7 +152,7 @@ def test_campaign_in_the_order_of_a_condition_gets_references_and_repeats() -> N
     # from the first to the last run
     assert {tuple(tested[0]), tuple(tested[-1])} <= {tuple(row) for row in repeats}
     extended_conditions = with_planned_runs(tested, run_plan)
-    assert ordered_by(extended_conditions) == ""
+    assert ordering_condition(extended_conditions) == ""
     next_plan = plan(extended_conditions)
     assert not next_plan.ordered_by
     assert "repeat" not in reasons(next_plan)
@@ -197,7 +197,7 @@ def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> N
     ],
 )
 def test_order_of_a_condition_is_found(conditions: FloatArray, name: str) -> None:
-    assert ordered_by(conditions) == name
+    assert ordering_condition(conditions) == name
 
 
 def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> None:
@@ -208,7 +208,7 @@ def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> N
     order = run_plan.table().set_index("run_order")["run_reason"]
     assert order.index[order == "reference"].tolist() == [1, 7, 13, 19, 25]
     conditions = run_plan.table()[list(CONDITIONS)].to_numpy()
-    assert ordered_by(conditions) == ""
+    assert ordering_condition(conditions) == ""
 
 
 def lies_within_the_rig(run_plan: RunPlan, mu: float) -> None:
@@ -226,10 +226,10 @@ def lies_within_the_rig(run_plan: RunPlan, mu: float) -> None:
     assert table["slide_roll_ratio"].max() <= rig.limits.slide_roll_ratio
     faster = table["entrainment_speed_m_s"] * (1 + table["slide_roll_ratio"] / 2)
     assert faster.max() <= rig.full_scale.surface_speed_m_s
-    film = Film(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
+    film = OilFilm(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
     for row in table.to_dict("records"):
         point = Grid(*(np.array([row[name]]) for name in (*CONDITIONS, "slide_roll_ratio")))
-        _, lambda_ratio = film.over(point)
+        _, lambda_ratio = film.on_grid(point)
         assert lambda_ratio.item() == pytest.approx(row["lambda_ratio"])
         assert lambda_ratio.item() > SETTINGS.gates.lambda_limit
 

@@ -7,9 +7,9 @@ import pytest
 
 from oilfilm.torque.torque_control import (
     bistable_points_text,
+    drop_bistable_plateaus,
     is_bistable,
-    undecided_plateaus,
-    without_bistable,
+    undecided_plateau_count,
 )
 
 
@@ -26,6 +26,6 @@ def test_unknown_motions_are_neither_left_out_nor_taken_for_known_ones(dtype: An
         ]
     ).astype({"bistable": dtype})
     assert is_bistable(torque).tolist() == [True, False, False, False, False, False]
-    assert without_bistable(torque)["run_id"].tolist() == ["b", "b", "c", "c"]
-    assert undecided_plateaus(torque) == 1
+    assert drop_bistable_plateaus(torque)["run_id"].tolist() == ["b", "b", "c", "c"]
+    assert undecided_plateau_count(torque) == 1
     assert bistable_points_text(torque) == "4102 at 9000 rpm, 5000 N, 70 degC"

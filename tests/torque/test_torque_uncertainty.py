@@ -10,25 +10,25 @@ from scipy.special import ndtri
 from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.inputs import Inputs, UncertainInput
+from oilfilm.bearing.inputs import InputValues, UncertainInput
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.settings.config import StandInUncertaintySettings, TermUncertaintySettings
 from oilfilm.settings.resolve import resolve
-from oilfilm.torque.answers import answers, operating_point_table, range_text
+from oilfilm.torque.answers import calculate_answers, operating_point_table, range_text
 from oilfilm.torque.bearing_torque import (
     CaseGroup,
-    Cases,
+    FrictionCases,
     OilInBearing,
     cage_slip_table,
     torque_table,
 )
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing
 from oilfilm.torque.torque_uncertainty import (
-    FACTOR_TERMS,
+    RANDOM_FACTOR_TERMS,
     RandomDraws,
+    add_uncertainty,
     law_error,
     random_factor,
-    with_uncertainty,
 )
 from oilfilm.traction.law import CONDITIONS, to_constants
 
@@ -36,12 +36,12 @@ SHIPPED = shipped("mainshaft-167")
 # Its inputs are known exactly, so that a test draws what it names.
 BEARING = replace(
     SHIPPED,
-    uncertain={
+    uncertain_inputs={
         name: UncertainInput(value, value, value)
-        for name, (value, _, _) in SHIPPED.uncertain.items()
+        for name, (value, _, _) in SHIPPED.uncertain_inputs.items()
     },
 )
-EXACT = dict.fromkeys(FACTOR_TERMS, 0.0)
+EXACT = dict.fromkeys(RANDOM_FACTOR_TERMS, 0.0)
 OIL_VOLUME_FRACTION = SETTINGS.oil_volume_fraction
 LOAD_SPEED_TEMPERATURE = {
     "axial_load_n": 10000.0,
@@ -53,7 +53,7 @@ LOAD_SPEEDS_TEMPERATURE = (10000.0, np.array([6000.0, 12000.0]), 100.0)
 
 def test_factors_on_terms_have_the_mean_and_the_spread_that_are_set() -> None:
     normal = ndtri((np.arange(20000) + 0.5) / 20000)
-    for term in FACTOR_TERMS:
+    for term in RANDOM_FACTOR_TERMS:
         factors = random_factor(SETTINGS, term, normal)
         assert factors.mean() == pytest.approx(1, rel=1e-3)
         spread = getattr(SETTINGS.term_uncertainty, term)
@@ -82,7 +82,7 @@ def oil(
     """
 
     def refitted(law: LawInBearing) -> LawInBearing:
-        internal = law.internal[0]
+        internal = law.internal_constants[0]
         refitted_constants, shifted_constants = (
             to_constants(law.fitted.law, internal + difference) for difference in (refits, shifts)
         )
@@ -139,16 +139,16 @@ def with_shares(
         cases.append(
             CaseGroup(replace(oil_in_bearing, bearing_settings=settings), "stress", points)
         )
-    return Cases(BEARING, cases).calculate()
+    return FrictionCases(BEARING, cases).calculate()
 
 
 def drawn(oil_in_bearing: OilInBearing, *point: object, seed: int = 1) -> pd.DataFrame:
     names = ("axial_load_n", "inner_speed_rpm", "inlet_temperature_c")
     values = np.broadcast_arrays(*map(np.atleast_1d, point))
     points = pd.DataFrame(dict(zip(names, values, strict=True)))
-    return Cases(BEARING, [CaseGroup(oil_in_bearing, "stress", points)]).calculate_with_uncertainty(
-        seed
-    )[0]
+    return FrictionCases(
+        BEARING, [CaseGroup(oil_in_bearing, "stress", points)]
+    ).calculate_with_uncertainty(seed)[0]
 
 
 def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_derivatives():
@@ -157,7 +157,7 @@ def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_deri
     refits = with_first_constant(1.0, 400) * spread * random.standard_normal((400, 1))
     uncertain_oil = oil("4050", refits, with_first_constant(shift), drag=drag)
     law = uncertain_oil.laws["stress"]
-    internal = law.internal[0]
+    internal = law.internal_constants[0]
     moved_oil = uncertain_oil.with_constants(
         to_constants(law.fitted.law, internal + with_first_constant(shift)[0])
     )
@@ -242,7 +242,7 @@ def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
     oil_of_unknown_viscosity = oil(
         "4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), viscosity=0.1
     )
-    cases = Cases(
+    cases = FrictionCases(
         BEARING,
         [CaseGroup(oil_of_unknown_viscosity, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))],
     )
@@ -312,12 +312,14 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
 
 def test_shares_of_variance_are_those_of_an_independent_variation():
     # two causes with known slopes: all traction by 5 % in a run, and the flow from 4 to 16 L/min
-    flow = SHIPPED.uncertain["feed_flow_m3_s"]
-    bearing = replace(BEARING, uncertain={**BEARING.uncertain, "feed_flow_m3_s": flow})
+    flow = SHIPPED.uncertain_inputs["feed_flow_m3_s"]
+    bearing = replace(
+        BEARING, uncertain_inputs={**BEARING.uncertain_inputs, "feed_flow_m3_s": flow}
+    )
     oil_with_run_error = oil(
         "4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), run_sd=0.05
     )
-    cases = Cases(
+    cases = FrictionCases(
         bearing, [CaseGroup(oil_with_run_error, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))]
     )
     shares = (
@@ -329,13 +331,16 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     def torque_with(factor: float, flow_m3_s: float) -> float:
         changed_bearing = replace(
             bearing,
-            uncertain={**bearing.uncertain, "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3)},
+            uncertain_inputs={
+                **bearing.uncertain_inputs,
+                "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3),
+            },
         )
         frame = pd.DataFrame([{**LOAD_SPEED_TEMPERATURE, "traction_factor": factor}])
         return float(
-            Cases(changed_bearing, [CaseGroup(oil_with_run_error, "stress", frame)]).calculate()[
-                "torque_n_m"
-            ][0]
+            FrictionCases(
+                changed_bearing, [CaseGroup(oil_with_run_error, "stress", frame)]
+            ).calculate()["torque_n_m"][0]
         )
 
     flows = flow.quantiles((np.arange(50) + 0.5) / 50)
@@ -354,7 +359,9 @@ def test_a_scatter_of_runs_that_nobody_knows_has_no_share(run_sd, text):
     uncertain_oil = oil("4050", no_refits, with_first_constant(0.0, 0), drag=0.1, run_sd=run_sd)
     points = operating_point_table(BEARING, 1e4, 12e3, 100.0)
     config = resolve(LABORATORY, {})
-    answered = answers([uncertain_oil], BEARING, points, config, lambda rows: np.ones(1, bool))
+    answered = calculate_answers(
+        [uncertain_oil], BEARING, points, config, lambda rows: np.ones(1, bool)
+    )
     shares = answered.shares.set_index("variance_cause", drop=False)
     is_known = bool(np.isfinite(run_sd))
     assert range_text(shares.loc["runs"]).startswith(text)
@@ -367,7 +374,7 @@ def test_a_scatter_of_runs_that_nobody_knows_has_no_share(run_sd, text):
 def test_shares_of_variance_are_not_known_where_the_interval_is_withheld(
     monkeypatch, lost_draws, is_known
 ):
-    solved = RandomDraws._solved
+    solved = RandomDraws._solve_draws
 
     def without_some(self, numbers_of_group, position_in_drawn):
         # of 100 draws; 5 % may be lost
@@ -375,11 +382,11 @@ def test_shares_of_variance_are_not_known_where_the_interval_is_withheld(
         results[:, :lost_draws] = np.nan
         return results
 
-    monkeypatch.setattr(RandomDraws, "_solved", without_some)
+    monkeypatch.setattr(RandomDraws, "_solve_draws", without_some)
     uncertain_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.5)
     assert uncertain_oil.bearing_settings.uncertainty.draws == 100
     group = CaseGroup(uncertain_oil, "stress", pd.DataFrame([LOAD_SPEED_TEMPERATURE]))
-    results, _, draws = Cases(BEARING, [group]).calculate_with_uncertainty(1)
+    results, _, draws = FrictionCases(BEARING, [group]).calculate_with_uncertainty(1)
     shares = draws.calculate_shares(np.arange(1))[["torque_share", "slip_share"]]
     assert results["torque_n_m_lower"].notna().all() == is_known
     assert shares.notna().all(axis=None) == is_known
@@ -390,7 +397,7 @@ def test_the_laws_error_is_that_at_the_slips_of_spin(monkeypatch):
     # 4102 at 7500 rpm and 12 kN: the cage rolls, and the ball spins on the inner race
     point = {"axial_load_n": 12e3, "inner_speed_rpm": 7500.0, "inlet_temperature_c": 100.0}
     uncertain_oil = oil("4102", with_first_constant(0.0, 10), with_first_constant(0.0, 0))
-    cases = Cases(BEARING, [CaseGroup(uncertain_oil, "stress", pd.DataFrame([point]))])
+    cases = FrictionCases(BEARING, [CaseGroup(uncertain_oil, "stress", pd.DataFrame([point]))])
     balance = friction_equilibrium(cases.problem).balance
     speed_m_s = balance.conditions.entrainment_speed_m_s[0, :, 0]
     # pure spin slides by omega |y|, and the mean |y| under Hertz's pressure, with the weights
@@ -414,7 +421,7 @@ def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():
     first_hundred_draws = np.broadcast_to(draws[:100], (3, 100, 5_000))
     calculated = pd.DataFrame({"torque_n_m": np.full(5_000, 9.0)})
     was_drawn = np.ones(5_000, dtype=bool)
-    interval = with_uncertainty(
+    interval = add_uncertainty(
         calculated, first_hundred_draws, was_drawn, np.ones(5_000), SETTINGS.uncertainty
     )
     inside = interval["torque_n_m_lower"].to_numpy() <= draws[100]
@@ -465,12 +472,12 @@ def held_by_interval(oil_name: str, seed: int, answer_count: int = 1) -> tuple[f
     shipped_oil = replace(
         oil(oil_name, no_refits, with_first_constant(0.0, 0)), bearing_settings=SETTINGS
     )
-    interval = Cases(
+    interval = FrictionCases(
         SHIPPED, [CaseGroup(shipped_oil, "stress", points)]
     ).calculate_with_uncertainty(seed)[0]
     repeated_points = pd.concat([points] * answer_count, ignore_index=True)
     case_count = len(repeated_points)
-    cases = Cases(
+    cases = FrictionCases(
         SHIPPED, [CaseGroup(shipped_oil, "stress", repeated_points)], own_draw(random, case_count)
     )
     lubrication = cases.problem.lubrication
@@ -502,16 +509,19 @@ def held_by_interval(oil_name: str, seed: int, answer_count: int = 1) -> tuple[f
     return share_held[0], share_held[1]
 
 
-def own_draw(random: np.random.Generator, point_count: int) -> Inputs:
+def own_draw(random: np.random.Generator, point_count: int) -> InputValues:
     """Inputs from the ranges of bearing and settings, by this test's own numbers.
 
     Half of the values are below the stated value, half above.
     """
     drawn = {}
-    for name, (value, low, high) in {**SHIPPED.uncertain, **SETTINGS.uncertain()}.items():
+    for name, (value, low, high) in {
+        **SHIPPED.uncertain_inputs,
+        **SETTINGS.uncertain_inputs(),
+    }.items():
         below = random.uniform(low, value, point_count)
         above = random.uniform(value, high, point_count)
         drawn[name] = np.where(random.random(point_count) < 0.5, below, above)
         if value in (low, high):
             drawn[name] = random.uniform(low, high, point_count)
-    return Inputs(**drawn)
+    return InputValues(**drawn)

@@ -16,7 +16,7 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import build_problem, curve_data
 from oilfilm.physics.contact import Contact, load_for_max_hertz_pressure
-from oilfilm.physics.thermal_traction import eyring_stress, limited_stress
+from oilfilm.physics.thermal_traction import eyring_shear_stress, limited_stress
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS, expression
 from oilfilm.traction.law import CONDITIONS, Law, NoValueError
@@ -216,7 +216,7 @@ def test_eyring_law_solves_its_own_equation() -> None:
     law = LAWS["eyring"]
     slope, eyring, limit, heat = magnitudes = np.array([5.0, 0.01, 0.05, 200.0])
     mu = law.mu_of_magnitudes(magnitudes, SLIP)
-    cold = limited_stress(eyring_stress(slope, SLIP, eyring), limit)
+    cold = limited_stress(eyring_shear_stress(slope, SLIP, eyring), limit)
     np.testing.assert_allclose(mu * (1 + heat * SLIP * mu), cold, rtol=1e-12)
     # heat makes a peak; without it the film only saturates
     assert 0 < np.argmax(mu) < len(SLIP) - 1

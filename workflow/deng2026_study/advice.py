@@ -30,25 +30,24 @@ from deng2026_study.settings import SelectionLimits, SelectionSettings, study_se
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds, reaches
-from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, OilInBearing, stack_tables
 from oilfilm.torque.best_oil import (
-    IntArray,
     arrays_by_oil,
+    certain_and_possible_full_film,
     distinct_operating_points,
-    enough_film,
     find_best_oil,
 )
-from simulated_lab.true_bearing import true_map
+from simulated_lab.true_bearing import true_cage_slip_map
 
 # The judgement where the choice depends on a film beyond the range of the thermal reduction.
-OUTSIDE = "outside the film formula"
+OUTSIDE_FILM_FORMULA = "outside the film formula"
 # The judgement where an oil that may be the best one has no equilibrium.
 NO_EQUILIBRIUM = "no equilibrium"
 # Judgements without a choice: there is nothing that scenarios could disagree about.
-NO_CHOICE = ("no film", OUTSIDE, NO_EQUILIBRIUM)
+JUDGEMENTS_WITHOUT_CHOICE = ("no film", OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM)
 # An oil stays the best one if it is the best in at least this share of the draws.
 STAYS_BEST_SHARE = 0.95
 # The traction behind a band: the fitted law, or the truth of a simulated campaign.
@@ -77,7 +76,7 @@ class _SlipMap(NamedTuple):
     lambda_ratio: FloatArray
 
 
-def advice_in_band(
+def advice_tables(
     oils: Sequence[OilInBearing], results: CampaignTables, settings: Settings
 ) -> dict[str, pd.DataFrame]:
     """The advice at each operating point, and how often each scenario's advice is good.
@@ -111,17 +110,17 @@ def _advice_band(cage_slip: pd.DataFrame, settings: Settings, traction_source: s
     selection = study_settings(settings).selection
     slip_map = _slip_map(cage_slip, selection)
     judged_scenarios = [
-        _judged_advice(slip_map, changed_selection, settings.gates.lambda_limit).assign(**scenario)
+        _judge_advice(slip_map, changed_selection, settings.gates.lambda_limit).assign(**scenario)
         for scenario, changed_selection in _scenarios(selection)
     ]
     judged = pd.concat(judged_scenarios)
-    judged = judged[~judged["judgement"].isin(NO_CHOICE)]
+    judged = judged[~judged["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     judged[BY_RULES] = judged["judgement"] == "agree"
     key_columns = ["bearing", *_SCENARIO_COLUMNS, "inlet_temperature_c"]
     band = judged.melt(key_columns, [BY_RULES, *_oils_of_rules(selection)], "choice", "agrees")
     agreements = band.groupby([*key_columns, "choice"], sort=False)["agrees"]
     band = agreements.agg(operating_points="size", agreeing_points="sum").reset_index()
-    return stacked([band.assign(traction=traction_source)], "advice_band")
+    return stack_tables([band.assign(traction=traction_source)], "advice_band")
 
 
 def advice_by_truth(
@@ -150,11 +149,11 @@ def advice_by_truth(
             "advice_band": band,
             "true_cage_slip": tables.empty("true_cage_slip"),
         }
-    true_slip = true_map(results.cage_slip, settings, constants)
+    true_slip = true_cage_slip_map(results.cage_slip, settings, constants)
     true_slips = [true_slip]
     for temperature in _missing_temperatures(results.cage_slip, settings):
         rows_at_temperature = results.cage_slip.assign(inlet_temperature_c=temperature)
-        true_slips.append(true_map(rows_at_temperature, settings, constants))
+        true_slips.append(true_cage_slip_map(rows_at_temperature, settings, constants))
     band_of_truth = _advice_band(pd.concat(true_slips), settings, BY_TRUTH)
     judged = advise(true_slip, study_settings(settings).selection, settings.gates.lambda_limit)
     key_columns = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
@@ -164,9 +163,9 @@ def advice_by_truth(
     advice_of_law = advice.drop(columns=["true_best_oil", "true_judgement"])
     with_truth = advice_of_law.merge(truth_columns, on=key_columns, how="left")
     return {
-        "slip_advice": stacked([with_truth], "slip_advice"),
-        "advice_band": stacked([band, band_of_truth], "advice_band"),
-        "true_cage_slip": stacked([true_slip], "true_cage_slip"),
+        "slip_advice": stack_tables([with_truth], "slip_advice"),
+        "advice_band": stack_tables([band, band_of_truth], "advice_band"),
+        "true_cage_slip": stack_tables([true_slip], "true_cage_slip"),
     }
 
 
@@ -182,7 +181,7 @@ def _slip_at_band_temperatures(
     ]
     if not groups:
         return cage_slip
-    calculated = Cases(settings.tested_bearing(), groups).calculate()
+    calculated = FrictionCases(settings.tested_bearing(), groups).calculate()
     return pd.concat([cage_slip, calculated], ignore_index=True)
 
 
@@ -215,8 +214,8 @@ def advise(
     """
     if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
         return tables.empty("slip_advice")
-    advice = _judged_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
-    return stacked([advice], "slip_advice")
+    advice = _judge_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
+    return stack_tables([advice], "slip_advice")
 
 
 def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap:
@@ -238,7 +237,7 @@ def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap
     return _SlipMap(oil_names, points, slip, torque, lambda_ratio)
 
 
-def _judged_advice(
+def _judge_advice(
     slip_map: _SlipMap, selection: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
     """The advice and the best oil at each operating point, and whether they agree.
@@ -252,7 +251,7 @@ def _judged_advice(
     """
     oil_names, points, slip, torque, lambda_ratio = slip_map
     slip_limit = selection.limits.slip_limit
-    has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
+    has_film, may_have_film = certain_and_possible_full_film(lambda_ratio, lambda_limit)
     is_within_limit = has_film & reaches(slip_limit, slip)
     best_choice = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
     best_oil_index = best_choice.oil_index
@@ -264,22 +263,22 @@ def _judged_advice(
     )
     is_film_unknown = (perhaps_advised_oil_index != advised_oil_index) | best_choice.lacks_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
-    best_slip = _at_chosen_oil(slip, best_oil_index)
+    best_slip = _values_of_chosen_oil(slip, best_oil_index)
     best_holds_cage = reaches(slip_limit, best_slip)
     ratio_to_best = np.where(
-        best_holds_cage, torque / _at_chosen_oil(torque, best_oil_index), slip / best_slip
+        best_holds_cage, torque / _values_of_chosen_oil(torque, best_oil_index), slip / best_slip
     )
     is_nearly_best = reaches(1 + selection.indifference, ratio_to_best)
     is_good = has_film & (is_within_limit | ~best_holds_cage) & is_nearly_best
     # the first condition that is met gives the judgement
     is_met_by_judgement = {
         NO_EQUILIBRIUM: best_choice.lacks_equilibrium,
-        OUTSIDE: is_film_unknown,
+        OUTSIDE_FILM_FORMULA: is_film_unknown,
         "no film": best_oil_index < 0,
         "rule has none": advised_oil_index < 0,
-        "agree": _at_chosen_oil(is_good, advised_oil_index) == 1,
+        "agree": _values_of_chosen_oil(is_good, advised_oil_index) == 1,
         "slips more": ~best_holds_cage,
-        "heats more": _at_chosen_oil(is_within_limit, advised_oil_index) == 1,
+        "heats more": _values_of_chosen_oil(is_within_limit, advised_oil_index) == 1,
     }
     judgement = np.select(list(is_met_by_judgement.values()), list(is_met_by_judgement), "slips")
     name_of_index = np.array([*oil_names, ""])
@@ -317,7 +316,7 @@ def first_rule_and_oil(
     selection: SelectionSettings,
     oil_names: Sequence[str],
     has_film: BoolArray,
-) -> tuple[IntArray, IntArray]:
+) -> tuple[IndexArray, IndexArray]:
     """At each operating point the index of the first rule that applies, and of the oil it advises.
 
     The index of the oil is -1 where the rule has none with enough film.
@@ -372,7 +371,7 @@ def _rule_and_advised_oil(
     oil_names: Sequence[str],
     selection: SelectionSettings,
     has_film: BoolArray,
-) -> tuple[IntArray, IntArray]:
+) -> tuple[IndexArray, IndexArray]:
     """At each operating point the index of the rule that decides, and of the oil it advises.
 
     Args:
@@ -416,7 +415,7 @@ def _rule_and_advised_oil(
     return rule_index, advised_oil_index
 
 
-def _at_chosen_oil(values: FloatArray | BoolArray, oil_index: IntArray) -> FloatArray:
+def _values_of_chosen_oil(values: FloatArray | BoolArray, oil_index: IndexArray) -> FloatArray:
     """Value of the chosen oil at each operating point, null where there is none."""
     return np.where(oil_index >= 0, values[oil_index, np.arange(len(oil_index))], np.nan)
 

@@ -21,7 +21,7 @@ from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law
-from simulated_lab.truth import known_contact, true_tractions
+from simulated_lab.truth import contact_of_only_rig, true_tractions
 
 # Confidence level of the interval of the next run.
 _CONFIDENCE_LEVEL = 0.95
@@ -48,7 +48,7 @@ def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.Da
     Raises:
         OilfilmError: As `true_tractions`.
     """
-    contact = known_contact(settings)
+    contact = contact_of_only_rig(settings)
     grids = []
     for oil, true_traction in true_tractions(settings, constants).items():
         for figure, conditions in study_settings(settings).extrapolation.items():
@@ -171,9 +171,9 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
         "law", sort=False
     ):
         rows_beyond = rows_of_law[rows_of_law["beyond"].map(len) > 0]
-        with_interval = rows_beyond.dropna(subset="obs_ci_lower")
-        is_covered = with_interval["true_traction_coefficient"].between(
-            with_interval["obs_ci_lower"], with_interval["obs_ci_upper"]
+        rows_with_interval = rows_beyond.dropna(subset="obs_ci_lower")
+        is_covered = rows_with_interval["true_traction_coefficient"].between(
+            rows_with_interval["obs_ci_lower"], rows_with_interval["obs_ci_upper"]
         )
         error = rows_of_law["traction_coefficient"] - rows_of_law["true_traction_coefficient"]
         error_row = {

@@ -95,7 +95,7 @@ def largest_difference(
     slip = np.linspace(lowest, highest, level_count)
     internal = to_internal(LAW, np.array([printed_constants, fitted_constants])).T
     printed_mu, fitted_mu = np.moveaxis(
-        TractionOverBox.over(box, level_count, slip, internal).mu, -1, 0
+        TractionOverBox.from_box(box, level_count, slip, internal).mu, -1, 0
     )
     difference = printed_mu - fitted_mu
     return float(difference.flat[first_largest(np.abs(difference).ravel())])
@@ -121,7 +121,7 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
 
 
 # By name of a statement: the share of its box where it holds, for each sign set.
-Shares = dict[str, FloatArray]
+StatementShares = dict[str, FloatArray]
 
 # Indices of the constants that are exponents.
 _EXPONENT_INDICES = [index for index, constant in enumerate(LAW.constants) if constant.condition]
@@ -159,7 +159,7 @@ class TractionOverBox:
     magnitudes: FloatArray
 
     @classmethod
-    def over(
+    def from_box(
         cls,
         box: Mapping[str, Sequence[float]],
         level_count: int,
@@ -197,24 +197,24 @@ class TractionOverBox:
     @cached_property
     def peak_slip(self) -> FloatArray:
         """Slip of the one peak, where dmu/dS = 0: 1/C + |A|/B."""
-        size, slope, rate = self.magnitudes
-        return 1 / rate + size / slope
+        a, b, c = self.magnitudes
+        return 1 / c + a / b
 
     @cached_property
-    def peak(self) -> FloatArray:
+    def peak_mu(self) -> FloatArray:
         """Largest mu within the box's slips."""
         return self.mu_at(np.minimum(self.peak_slip, self.largest_slip))
 
     @property
-    def slope(self) -> FloatArray:
+    def initial_slope(self) -> FloatArray:
         """Slope of the curve at zero slip: B + |A| C."""
-        size, slope, rate = self.magnitudes
-        return slope + size * rate
+        a, b, c = self.magnitudes
+        return b + a * c
 
     @cached_property
     def knee(self) -> FloatArray:
         """Slip at which the straight start would reach the peak: the end of the linear range."""
-        return self.peak / self.slope
+        return self.peak_mu / self.initial_slope
 
 
 def judge_signs(
@@ -239,7 +239,7 @@ def judge_signs(
         oil: _all_sign_sets(constants) for oil, constants in constants_by_oil.items()
     }
     shares_by_oil_of_slips = [
-        _scores(sign_set_constants_by_oil, levels, settings, traction_max)
+        _shares_by_oil(sign_set_constants_by_oil, levels, settings, traction_max)
         for levels in _SLIP_LEVELS
     ]
     sign_set_tables = []
@@ -251,8 +251,10 @@ def judge_signs(
         is_in_use = (np.sign(constants_by_oil[oil][_EXPONENT_INDICES]) == _SIGN_SETS).all(axis=1)
         sign_set_table = _table_of_sign_sets(oil, is_in_use, shares_by_slips)
         sign_set_tables.append(sign_set_table.sort_values("total", ascending=False, kind="stable"))
-        effects = _effects(sign_set_constants_by_oil[oil][:, is_in_use], settings)
-        verdict_tables.append(_verdicts(sign_set_table, shares_by_slips, effects, settings.signs))
+        effects = _sign_effects(sign_set_constants_by_oil[oil][:, is_in_use], settings)
+        verdict_tables.append(
+            _verdict_table(sign_set_table, shares_by_slips, effects, settings.signs)
+        )
     if not sign_set_tables:
         return tables.empty("signs"), tables.empty("sign_verdicts")
     return (
@@ -272,7 +274,7 @@ def _all_sign_sets(constants: FloatArray) -> FloatArray:
 
 
 def _table_of_sign_sets(
-    oil: str, is_in_use: BoolArray, shares_by_slips: Sequence[Shares]
+    oil: str, is_in_use: BoolArray, shares_by_slips: Sequence[StatementShares]
 ) -> pd.DataFrame:
     """One row per sign set of an oil: its total, its ranks, and the share of each statement.
 
@@ -281,7 +283,7 @@ def _table_of_sign_sets(
         is_in_use: Whether a set has the signs in use, shape (sets,).
         shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
     """
-    totals_by_slips = [pd.Series(_total(shares)) for shares in shares_by_slips]
+    totals_by_slips = [pd.Series(_statement_totals(shares)) for shares in shares_by_slips]
     ranks_by_slips = [
         total.rank(method="min", ascending=False).astype(int) for total in totals_by_slips
     ]
@@ -299,12 +301,12 @@ def _table_of_sign_sets(
     return rows.assign(**shares_by_slips[0])
 
 
-def _scores(
+def _shares_by_oil(
     sign_set_constants_by_oil: Mapping[str, FloatArray],
     slip_levels: str,
     settings: PrintedSettings,
     traction_max: float,
-) -> dict[str, Shares]:
+) -> dict[str, StatementShares]:
     """The shares of the statements for each oil.
 
     Args:
@@ -314,12 +316,12 @@ def _scores(
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
     """
-    shares_by_oil: dict[str, Shares] = {}
+    shares_by_oil: dict[str, StatementShares] = {}
     drawn_by_oil: dict[str, TractionOverBox] = {}
     best_drawn: list[TractionOverBox] = []
     for oil, internal in sign_set_constants_by_oil.items():
-        tested = _over_box("tested", slip_levels, internal, settings)
-        drawn = _over_box("extrapolated", slip_levels, internal, settings)
+        tested = _traction_in_box("tested", slip_levels, internal, settings)
+        drawn = _traction_in_box("extrapolated", slip_levels, internal, settings)
         drawn_by_oil[oil] = drawn
         compared_slips = settings.signs.slide_roll_ratio.figures
         holds_by_statement = where_statements_hold(
@@ -329,8 +331,8 @@ def _scores(
             name: share_of_conditions(statement_holds)
             for name, statement_holds in holds_by_statement.items()
         }
-        best_index = int(np.argmax(_total(shares_by_oil[oil])))
-        drawn_with_best = _over_box(
+        best_index = int(np.argmax(_statement_totals(shares_by_oil[oil])))
+        drawn_with_best = _traction_in_box(
             "extrapolated", slip_levels, internal[:, [best_index]], settings
         )
         best_drawn.append(drawn_with_best)
@@ -348,16 +350,16 @@ def _scores(
     return shares_by_oil
 
 
-def _over_box(
+def _traction_in_box(
     box_name: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
 ) -> TractionOverBox:
     """The traction over a box of the settings, at the slips of one of `_SLIP_LEVELS`."""
     ends = settings.boxes.model_dump()[box_name]
     slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
-    return TractionOverBox.over(ends, settings.signs.levels, slips, internal)
+    return TractionOverBox.from_box(ends, settings.signs.levels, slips, internal)
 
 
-def _total(shares: Shares, left_out_statement: str = "") -> FloatArray:
+def _statement_totals(shares: StatementShares, left_out_statement: str = "") -> FloatArray:
     """Number of statements that hold for each sign set; those that cannot be judged do not count.
 
     Sets whose numbers differ only by rounding get the same number.
@@ -374,7 +376,7 @@ def _total(shares: Shares, left_out_statement: str = "") -> FloatArray:
     return with_equal_ties(np.nansum(weighted_shares, axis=0))
 
 
-def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
+def _sign_effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
     """Largest change of mu over the tested box if one sign is turned, over the largest mu.
 
     Args:
@@ -387,14 +389,14 @@ def _effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatAr
     # first column: signs in use; one more column for each sign turned
     turned_constants = np.tile(constants_in_use, (1, 1 + len(_EXPONENT_INDICES)))
     turned_constants[_EXPONENT_INDICES, range(1, turned_constants.shape[1])] *= -1
-    traction = _over_box("tested", _SLIP_LEVELS[0], turned_constants, settings)
+    traction = _traction_in_box("tested", _SLIP_LEVELS[0], turned_constants, settings)
     mu_of_turns = traction.mu.reshape(-1, turned_constants.shape[1])
     return np.abs(mu_of_turns[:, 1:] - mu_of_turns[:, :1]).max(axis=0) / mu_of_turns[:, 0].max()
 
 
-def _verdicts(
+def _verdict_table(
     sign_sets: pd.DataFrame,
-    shares_by_slips: Sequence[Shares],
+    shares_by_slips: Sequence[StatementShares],
     effects: FloatArray,
     limits: SignSettings,
 ) -> pd.DataFrame:
@@ -403,7 +405,7 @@ def _verdicts(
     Args:
         sign_sets: Rows of the oil, as by `_table_of_sign_sets`.
         shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
-        effects: As by `_effects`.
+        effects: As by `_sign_effects`.
         limits: The limits of the verdicts.
     """
     signs_in_use = _SIGN_SETS[sign_sets["in_use"]][0]
@@ -420,7 +422,7 @@ def _verdicts(
     for shares in shares_by_slips:
         for statement in shares:
             margins_without_one.append(
-                margins_of_signs(_total(shares, left_out_statement=statement))
+                margins_of_signs(_statement_totals(shares, left_out_statement=statement))
             )
     verdict_table = pd.DataFrame(
         {
@@ -499,7 +501,9 @@ def where_statements_hold(
     covariance = np.tensordot(pressure_deviation, mu_deviation, axes=1)
     variances = (pressure_deviation**2).sum() * (mu_deviation**2).sum(axis=STRESS)
     is_linear = reaches(covariance**2, limits.linear_r2_min * variances)
-    is_slight = reaches(tested.mu_at(tested.largest_slip), (1 - limits.decline_max) * tested.peak)
+    is_slight = reaches(
+        tested.mu_at(tested.largest_slip), (1 - limits.decline_max) * tested.peak_mu
+    )
     # effects of stress and of temperature at the lowest speed and at the highest one
     stress_effect = (mu[-1] - mu[0])[[0, -1]]
     temperature_effect = (mu[:, :, 0] - mu[:, :, -1])[:, [0, -1]]
@@ -508,14 +512,15 @@ def where_statements_hold(
     # largest mu of each sign set: differences have the rounding of these numbers
     largest_mu = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
-        "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak) & reaches(traction_max, drawn.peak),
+        "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak_mu)
+        & reaches(traction_max, drawn.peak_mu),
         "rises_with_stress": _falls(-mu, STRESS),
         "linear_in_stress": is_linear & (covariance > 0),
         "falls_with_speed": _falls(mu, SPEED),
         "levels_off_with_speed": _levels_off(mu, SPEED),
         "falls_with_temperature": _falls(mu, TEMPERATURE),
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
-        "start_falls_with_temperature": _falls(tested.slope, TEMPERATURE),
+        "start_falls_with_temperature": _falls(tested.initial_slope, TEMPERATURE),
         "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
         "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & is_slight,
         "earlier_plateau_with_stress": _falls(drawn.knee, STRESS),

@@ -140,7 +140,7 @@ def printed(oil: str | int) -> PrintedLaw:
     return printed_law(printed_coefficients, str(oil), default_settings().printed.boxes.tested)
 
 
-def with_printed(
+def add_printed_values(
     coefficients: pd.DataFrame, printed_coefficients: PrintedCoefficients
 ) -> pd.DataFrame:
     """The table of coefficients with the column `printed_value`, null where nothing is printed.

@@ -15,7 +15,7 @@ import pandas as pd
 from deng2026_study.reference import PublishedBearingTest, PublishedBearingTests
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, OilInBearing, stack_tables
 
 
 def published_tests_table(
@@ -40,7 +40,7 @@ def published_tests_table(
         for test in published_tests.tests
         if test.oil in oil_by_name and test.bearing in settings.bearings
     ]
-    return stacked(frames, "published_tests")
+    return stack_tables(frames, "published_tests")
 
 
 def _rows_of_test(
@@ -66,7 +66,9 @@ def _rows_of_test(
             update={"oil_volume_fraction": oil_volume_fraction}
         )
         changed_oil = replace(oil, bearing_settings=bearing_settings)
-        return Cases(bearing, [CaseGroup(changed_oil, "stress", operating_points)]).calculate()
+        return FrictionCases(
+            bearing, [CaseGroup(changed_oil, "stress", operating_points)]
+        ).calculate()
 
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     at_lowest_fraction = friction_with_fraction(lowest_fraction)

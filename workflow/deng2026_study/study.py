@@ -9,7 +9,12 @@ from typing import Any
 
 import pandas as pd
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
+from deng2026_study.advice import (
+    JUDGEMENTS_WITHOUT_CHOICE,
+    NO_EQUILIBRIUM,
+    OUTSIDE_FILM_FORMULA,
+    STAYS_BEST_SHARE,
+)
 from deng2026_study.audit.audit import UNDOUBTED
 from deng2026_study.printed_law import PrintedLaw, printed_law
 from deng2026_study.reference import Claim, Claims, read_claims, read_reference
@@ -32,7 +37,7 @@ from oilfilm.settings.messages import load
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import stays_best
+from oilfilm.torque.best_oil import certainty_of_best_oil
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import QUANTITIES
 from simulated_lab.printed import PrintedCoefficients
@@ -67,7 +72,7 @@ def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> l
                 campaign=None,
                 fitted=fitted,
                 law_variables=tuple(_law_variables(fitted)),
-                constants_as_json=tuple(_constants(fitted)),
+                constants_as_json=tuple(_constant_descriptions(fitted)),
                 quality=None,
                 adore_points=adore_points,
                 published=Published(_SOURCE, tuple(_caveats(fitted))),
@@ -111,7 +116,7 @@ def _law_variables(fitted: PrintedLaw) -> Iterator[LawVariable]:
         )
 
 
-def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
+def _constant_descriptions(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
     """The description of each constant: a value, but no uncertainty."""
     meanings = constant_meanings(fitted.law)
     values = fitted.coefficients.constants.tolist()
@@ -133,7 +138,7 @@ def _constants(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
 
 
 # What a verdict on a claim is based on: the words of the report, by column `basis` of `claims`.
-BASES = {
+BASIS_LABELS = {
     "refit": "this campaign",
     "printed": "printed constants",
     UNDOUBTED: "printed constants without doubtful oils",
@@ -141,16 +146,16 @@ BASES = {
 # Smallest cage slip whose relative error means something.
 _SMALLEST_RELATIVE_SLIP = 0.01
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
-OTHER_CHOICES = {
+DISAGREEMENT_TEXTS = {
     "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
     "heats more": "The advised oil gives more friction heat than the best oil",
     "slips more": "The advised oil gives more cage slip than the best oil",
     "rule has none": "None of the oils of the rule has enough film",
 }
 # Operating points without a choice of oil, by column `judgement` of `slip_advice`.
-UNDECIDED = {
+UNDECIDED_TEXTS = {
     "no film": "no oil has enough film",
-    OUTSIDE: "the choice depends on a film beyond the film formula",
+    OUTSIDE_FILM_FORMULA: "the choice depends on a film beyond the film formula",
     NO_EQUILIBRIUM: "an oil has no equilibrium",
 }
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
@@ -201,14 +206,14 @@ def _claims_section(results: CampaignTables, settings: Settings) -> Section:
     paper_claims = read_claims(reference_file("claims"))
     text_of_claim = {claim.id: claim.claim for claim in paper_claims.claims}
     labelled_claims = claims.assign(
-        basis=claims["basis"].map(BASES), claim=claims["claim"].map(text_of_claim)
+        basis=claims["basis"].map(BASIS_LABELS), claim=claims["claim"].map(text_of_claim)
     )
     verdict_table = labelled_claims.pivot(index="claim", columns="basis", values="verdict")
     verdict_table = verdict_table.reindex(
         index=labelled_claims["claim"].unique(), columns=labelled_claims["basis"].unique()
     )
     # without doubtful oils only some of the claims are judged
-    verdicts_of_all_claims = verdict_table.drop(columns=BASES[UNDOUBTED], errors="ignore")
+    verdicts_of_all_claims = verdict_table.drop(columns=BASIS_LABELS[UNDOUBTED], errors="ignore")
     verdict_counts = (
         verdicts_of_all_claims.apply(pd.Series.value_counts).reindex(_CLAIM_VERDICTS).T.fillna(0)
     )
@@ -250,11 +255,11 @@ def _changed_without_doubtful(verdict_table: pd.DataFrame) -> list[tuple[str, st
     """Each claim with another verdict without doubtful oils: claim, verdict, verdict without them.
 
     Args:
-        verdict_table: Verdicts by claim, one column per basis of `BASES`.
+        verdict_table: Verdicts by claim, one column per basis of `BASIS_LABELS`.
     """
-    if BASES[UNDOUBTED] not in verdict_table:
+    if BASIS_LABELS[UNDOUBTED] not in verdict_table:
         return []
-    compared = verdict_table[[BASES["printed"], BASES[UNDOUBTED]]].dropna()
+    compared = verdict_table[[BASIS_LABELS["printed"], BASIS_LABELS[UNDOUBTED]]].dropna()
     changed_rows = compared[compared.iloc[:, 0] != compared.iloc[:, 1]]
     return list(changed_rows.itertuples(name=None))
 
@@ -271,16 +276,16 @@ def _claim_entry(
     paragraphs = [
         f"Section {claim.section}: "
         f"\N{LEFT DOUBLE QUOTATION MARK}{claim.wording.strip()}\N{RIGHT DOUBLE QUOTATION MARK}",
-        f"Test: {_with_settings(claim.holds_where, settings)}.",
+        f"Test: {_fill_in_settings(claim.holds_where, settings)}.",
     ]
     for row in tables.rows(claim_rows):
-        basis = BASES[row["basis"]]
+        basis = BASIS_LABELS[row["basis"]]
         if row["reason_code"]:
             reason = paper_claims.cannot_be_checked.get(row["reason_code"])
             finding = f"cannot be checked: {reason}."
         else:
             numbers_of_basis = claim_numbers[claim_numbers["basis"] == row["basis"]]
-            finding = _finding(row, claim, numbers_of_basis, settings)
+            finding = _finding_text(row, claim, numbers_of_basis, settings)
         verdict_of_basis.append((basis, row["verdict"]))
         paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
     if claim.caveat is not None:
@@ -288,7 +293,7 @@ def _claim_entry(
     return Entry(claim.claim, verdict_of_basis, paragraphs)
 
 
-def _finding(
+def _finding_text(
     row: Mapping[str, Any], claim: Claim, claim_numbers: pd.DataFrame, settings: Settings
 ) -> str:
     """Share, worst case and further numbers of a claim on one basis, in sentences."""
@@ -302,8 +307,10 @@ def _finding(
         if not pd.isna(row[column]):
             condition_texts.append(number_format.format(row[column]))
     label_of_worst = "Worst case" if share < 1 else "Case nearest to failing"
-    place_text = f" at {', '.join(condition_texts)}" if condition_texts else ""
-    sentences.append(f"{label_of_worst}: {claim.quantity.format(row['worst_value'])}{place_text}.")
+    condition_text = f" at {', '.join(condition_texts)}" if condition_texts else ""
+    sentences.append(
+        f"{label_of_worst}: {claim.quantity.format(row['worst_value'])}{condition_text}."
+    )
     further_numbers = _further_numbers(claim, claim_numbers, settings)
     if further_numbers:
         sentences.append(f"Further numbers: {'; '.join(further_numbers)}.")
@@ -334,9 +341,11 @@ def _further_numbers(claim: Claim, claim_numbers: pd.DataFrame, settings: Settin
             for row in tables.rows(claim_numbers[claim_numbers["number"] == name])
         ]
         if numbers_of_oils:
-            sentences.append(f"{_with_settings(meaning, settings)}: {', '.join(numbers_of_oils)}")
+            sentences.append(
+                f"{_fill_in_settings(meaning, settings)}: {', '.join(numbers_of_oils)}"
+            )
         elif name in claim.readings:
-            sentences.append(f"not judged on these constants: {_with_settings(label, settings)}")
+            sentences.append(f"not judged on these constants: {_fill_in_settings(label, settings)}")
     return sentences
 
 
@@ -354,7 +363,7 @@ def _percent(share: float) -> str:
     return f"{share:.0%}"
 
 
-def _with_settings(text: str, settings: Settings) -> str:
+def _fill_in_settings(text: str, settings: Settings) -> str:
     """A text of a claim with settings in place of its braces."""
     return text.format(**dict(study_settings(settings)))
 
@@ -400,24 +409,28 @@ def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
 def _choice_section(results: CampaignTables) -> Section:
     """The paper's choice of oil by cage slip beside the best oil, over operating points."""
     advice = results.slip_advice
-    judged_points = advice[~advice["judgement"].isin(NO_CHOICE)]
+    judged_points = advice[~advice["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     if judged_points.empty:
         return Section("choice", "Choice of oil")
-    undecided_counts = advice.loc[advice["judgement"].isin(NO_CHOICE), "judgement"].value_counts()
+    undecided_counts = advice.loc[
+        advice["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE), "judgement"
+    ].value_counts()
     disagreeing = judged_points[judged_points["judgement"] != "agree"]
     disagreements = disagreeing["judgement"].value_counts()
     # one row per choice and scenario: other limits, orders of the rules and temperatures
     scenarios = results.advice_band
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged_points["good_oils"].explode().tolist()
-    stability = stays_best(results.cage_slip, STAYS_BEST_SHARE)
+    stability = certainty_of_best_oil(results.cage_slip, STAYS_BEST_SHARE)
     facts_on_choice = facts(
         "deng2026_study/choice.jinja",
         mapped=len(advice),
         total=len(judged_points),
-        undecided={UNDECIDED[str(code)]: count for code, count in undecided_counts.items()},
+        undecided={UNDECIDED_TEXTS[str(code)]: count for code, count in undecided_counts.items()},
         agreeing=len(judged_points) - len(disagreeing),
-        others={OTHER_CHOICES[str(judgement)]: count for judgement, count in disagreements.items()},
+        others={
+            DISAGREEMENT_TEXTS[str(judgement)]: count for judgement, count in disagreements.items()
+        },
         best=disagreeing["best_oil"].value_counts().to_dict(),
         bands={
             traction: _ends_of_band(scenarios_of_traction)
@@ -453,7 +466,7 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
     """
     if truth.empty:
         return None
-    judged = advice[~advice["true_judgement"].isin(NO_CHOICE)]
+    judged = advice[~advice["true_judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     slipping_rows = truth[truth["cage_slip"] > _SMALLEST_RELATIVE_SLIP]
     torque_error = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
     slip_is_inside = slipping_rows["cage_slip_inside"].dropna()

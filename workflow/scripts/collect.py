@@ -27,17 +27,26 @@ with run.job(snakemake) as job:
     compared = compare_runs(job.input_tables, job.settings)
     runs, quarantine = compared.runs, compared.quarantine
     points_path = Path(outputs.points)
-    counts = runs.set_index("run_id")["plateaus"]
-    parts = sorted_rows("points", list(map(Path, inputs.points)), counts, points_path.parent)
-    failed = [tables.empty("points")[["run_id", "failed_gates"]]]
-    with tables.writing("points", points_path, job.provenance, tables.ROW_GROUP) as add:
-        for part in parts:
+    plateau_count_by_run = runs.set_index("run_id")["plateaus"]
+    parts_in_order_of_runs = sorted_rows(
+        "points", list(map(Path, inputs.points)), plateau_count_by_run, points_path.parent
+    )
+    failed_gates = [tables.empty("points")[["run_id", "failed_gates"]]]
+    with tables.writing("points", points_path, job.provenance, tables.ROW_GROUP) as write_part:
+        for part in parts_in_order_of_runs:
             points = compared.judged(part)
-            add(points)
-            failed.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
-    counted = gate_counts(runs, pd.concat(failed), quarantine)
-    covered = coverage(runs, job.settings)
-    job.write({"runs": runs, "quarantine": quarantine, "coverage": covered, "gate_counts": counted})
+            write_part(points)
+            failed_gates.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
+    counts_of_gates = gate_counts(runs, pd.concat(failed_gates), quarantine)
+    covered_conditions = coverage(runs, job.settings)
+    job.write(
+        {
+            "runs": runs,
+            "quarantine": quarantine,
+            "coverage": covered_conditions,
+            "gate_counts": counts_of_gates,
+        }
+    )
     write_csv(quarantine, Path(outputs.spreadsheet))
     paths_of_oil = zip(outputs.of_oil, outputs.runs_of_oil, strict=True)
     for oil, (path, runs_path) in zip(params.oils, paths_of_oil, strict=True):
@@ -46,7 +55,7 @@ with run.job(snakemake) as job:
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": mapping_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
-        with tables.writing("points", Path(path), provenance, tables.ROW_GROUP) as add:
+        with tables.writing("points", Path(path), provenance, tables.ROW_GROUP) as write_part:
             for part in tables.read_parts("points", points_path):
-                add(part[part["oil"] == oil])
+                write_part(part[part["oil"] == oil])
         tables.write(runs_of_oil, "runs", Path(runs_path), provenance)

@@ -12,15 +12,15 @@ studies.declare_tables(studies.available())
 with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
     # a study is imported only where a figure has a reference file
-    loaded = studies.load_studies(studies.available()) if inputs.references else []
-    references = {}
+    loaded_studies = studies.load_studies(studies.available()) if inputs.references else []
+    reference_by_name = {}
     for file in inputs.references:
-        for study in loaded:
-            references[Path(file).stem] = study.read_reference(Path(file))
+        for study in loaded_studies:
+            reference_by_name[Path(file).stem] = study.read_reference(Path(file))
     draw_figures(
         zip(outputs.png, outputs.svg, outputs.drawn, strict=True),
         job.input_tables,
         job.settings,
-        references,
+        reference_by_name,
         job.provenance,
     )

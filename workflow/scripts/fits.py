@@ -5,6 +5,6 @@ from oilfilm.fits.soundness import finished_fits
 from oilfilm.tables.table_needs import FIT_TABLES, SURFACE_TABLES
 
 with run.job(snakemake) as job:
-    finished = finished_fits(job.input_tables, job.settings)
-    job.write(finished)
-    job.write_stacked({*FIT_TABLES, *SURFACE_TABLES} - finished.keys())
+    finished_tables = finished_fits(job.input_tables, job.settings)
+    job.write(finished_tables)
+    job.write_stacked({*FIT_TABLES, *SURFACE_TABLES} - finished_tables.keys())

@@ -21,16 +21,22 @@ with run.job(snakemake) as job:
     inputs = snakemake.input
     samples_of_run = reader_of_samples([Path(path) for path in inputs.samples])
     quarantine = job.input_tables.quarantine
-    parts = job.input_tables.parts("points", MARKED_POINTS)
+    parts_of_points = job.input_tables.parts("points", MARKED_POINTS)
     # pages show plateaus of refused runs alone
-    points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts)
-    traction = JudgedLogs(TractionRig, job.input_tables.runs, points, quarantine, samples_of_run)
-    rigs = [traction]
+    points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts_of_points)
+    judged_traction_logs = JudgedLogs(
+        TractionRig, job.input_tables.runs, points, quarantine, samples_of_run
+    )
+    judged_logs_of_rigs = [judged_traction_logs]
     if job.settings.campaign.torque is not None:
-        refused = job.input_tables.torque_quarantine
+        torque_quarantine = job.input_tables.torque_quarantine
         logs = job.raw_logs(f"{job.settings.campaign.name}-torque")
         sheet = RunSheet.of_plain(snakemake.params.sheet)
-        rigs.append(judged_torque_logs(logs.select(refused["file"]), refused, job.settings, sheet))
+        judged_logs_of_rigs.append(
+            judged_torque_logs(
+                logs.select(torque_quarantine["file"]), torque_quarantine, job.settings, sheet
+            )
+        )
     with atomic_folder(Path(snakemake.output.refused_pages)) as folder:
-        pages = draw_pages(rigs, job.settings, snakemake.params.pages_max, folder)
+        pages = draw_pages(judged_logs_of_rigs, job.settings, snakemake.params.pages_max, folder)
         tables.write(pages, "refused_pages", folder / "index.parquet", job.provenance)

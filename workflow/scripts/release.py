@@ -13,21 +13,21 @@ from oilfilm.releases.tree import code_tree_digest
 with run.job(snakemake) as job:
     inputs, params = snakemake.input, snakemake.params
     studies.declare_tables(job.settings.campaign.studies)
-    releases, package = Path(params.releases), Path(inputs.package)
+    releases, package_file = Path(params.releases), Path(inputs.package)
     if code_tree_digest(HOME) != params.tree:
         raise OilfilmError("The code has changed while it ran. Run `snakemake release` again.")
     not_released = {*inputs.digests, *inputs.simulated, *inputs.made}
-    finished = FinishedRun(
+    finished_run = FinishedRun(
         root=Path(),
         home=HOME,
         settings=job.settings,
-        results=package.parents[1],
+        results=package_file.parents[1],
         output_paths=[Path(path) for path in inputs if path not in not_released],
         raw_digest_by_path=read_listings(*map(Path, inputs.digests)) | params.sheets,
         step_listings=[Path(path) for path in inputs.made],
-        copies_folder=package.parents[3],  # local copies of object storage; else this folder
+        copies_folder=package_file.parents[3],  # local copies of object storage; else this folder
     )
-    folder, is_new = make_release(finished, releases)
+    folder, is_new = make_release(finished_run, releases)
     # the log is the same after a job that was killed behind its release and ran again
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
     run.say(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")

@@ -15,12 +15,14 @@ with run.job(snakemake) as job:
     inputs, outputs = snakemake.input, snakemake.output
     document = campaign_sections(job.input_tables, job.settings)
     write_text(text_report(document, job.settings.campaign), Path(outputs.summary))
-    pngs = [Path(png) for png in inputs.png]
-    refused = Path(inputs.refused_pages)
-    page = html_report(document, job.input_tables, pngs, refused, job.settings, job.provenance)
-    write_text(page, Path(outputs.page))
-    package = Path(outputs.package)
+    png_files = [Path(png) for png in inputs.png]
+    refused_pages = Path(inputs.refused_pages)
+    html_page = html_report(
+        document, job.input_tables, png_files, refused_pages, job.settings, job.provenance
+    )
+    write_text(html_page, Path(outputs.page))
+    package_file = Path(outputs.package)
     table_files = [Path(inputs[name]) for name in snakemake.params.tables]
     sample_files = [Path(file) for file in inputs.samples]
-    content = data_package(job.settings, package.parent, table_files + sample_files)
-    write_text(content, package)
+    content = data_package(job.settings, package_file.parent, table_files + sample_files)
+    write_text(content, package_file)

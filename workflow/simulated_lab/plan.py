@@ -1,4 +1,6 @@
-"""Which runs a simulated campaign has. The Snakefile reads their names.
+"""The runs of a simulated campaign, and the defects planted in some of them.
+
+The Snakefile reads the names of the runs.
 
 Decides: which runs a simulated campaign has.
 """
@@ -31,8 +33,14 @@ _NAME_FORMATS = {
 
 
 @dataclass(frozen=True)
-class PlannedRun:
-    """One simulated run: oil, set points by name, and the defect planted in it, if any."""
+class SimulatedRun:
+    """One run to be simulated.
+
+    Attributes:
+        oil: Name of the oil.
+        set_points: Level of each set point, by its name.
+        defect: Key of `GATE_OF_DEFECT` or of a torque log; empty for a sound run.
+    """
 
     oil: str
     set_points: Mapping[str, float]
@@ -56,49 +64,49 @@ def _level_in_name(set_point: str, level: float) -> str:
     return f"{letter}{level:g}"
 
 
-def planned_runs(campaign: Campaign) -> list[PlannedRun]:
+def simulated_runs(campaign: Campaign) -> list[SimulatedRun]:
     """Runs of a campaign file with `matrix` and `twin`, in the order of their names."""
     levels_of_matrix = required_value(campaign.matrix, "matrix", "the campaign").model_dump()
     twin = required_value(campaign.twin, "twin", "the campaign")
     # the levels of `condition` are in the order of the matrix: pressure, speed, temperature
     defective_runs = [
-        PlannedRun(
+        SimulatedRun(
             defect.oil, dict(zip(levels_of_matrix, defect.condition, strict=True)), defect.kind
         )
         for defect in twin.defects
     ]
-    return _planned(campaign.oils, levels_of_matrix, defective_runs)
+    return _runs_of_matrix(campaign.oils, levels_of_matrix, defective_runs)
 
 
-def planned_torque_runs(campaign: Campaign) -> list[PlannedRun]:
+def simulated_torque_runs(campaign: Campaign) -> list[SimulatedRun]:
     """Torque logs of a campaign file with `torque` and its `twin`, in the order of their names."""
     torque = required_value(campaign.torque, "torque", "the campaign")
     matrix = required_value(torque.matrix, "matrix", "the campaign's `torque`")
     twin = required_value(torque.twin, "twin", "the campaign's `torque`")
     set_point_names = ("axial_load_n", "oil_temperature_c")
     defective_runs = [
-        PlannedRun(
+        SimulatedRun(
             defect.oil, {name: getattr(defect, name) for name in set_point_names}, defect.kind
         )
         for defect in twin.defects
     ]
-    return _planned(
+    return _runs_of_matrix(
         campaign.oils, {name: getattr(matrix, name) for name in set_point_names}, defective_runs
     )
 
 
-def _planned(
+def _runs_of_matrix(
     oils: Sequence[str],
     levels_of_matrix: Mapping[str, Sequence[float]],
-    defective_runs: Iterable[PlannedRun],
-) -> list[PlannedRun]:
+    defective_runs: Iterable[SimulatedRun],
+) -> list[SimulatedRun]:
     """Runs of every oil at every condition of a matrix.
 
     A defect at a condition of the matrix replaces that run. A duplicate, or a defect at another
     condition, adds a run.
     """
     runs = [
-        PlannedRun(oil, dict(zip(levels_of_matrix, condition, strict=True)))
+        SimulatedRun(oil, dict(zip(levels_of_matrix, condition, strict=True)))
         for oil in oils
         for condition in product(*levels_of_matrix.values())
     ]

@@ -27,8 +27,8 @@ from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Twin
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
-from simulated_lab.plan import GATE_OF_DEFECT, PlannedRun, planned_runs
-from simulated_lab.truth import TrueTraction, known_contact, true_tractions
+from simulated_lab.plan import GATE_OF_DEFECT, SimulatedRun, simulated_runs
+from simulated_lab.truth import TrueTraction, contact_of_only_rig, true_tractions
 
 _NEWTON_PER_KGF = 9.80665
 # Decimals that a logger writes of each signal.
@@ -60,7 +60,7 @@ class SimulatedLog(NamedTuple):
         truth_rows: Rows of the table of the truth.
     """
 
-    run: PlannedRun
+    run: SimulatedRun
     content: bytes
     truth_rows: list[dict[str, Any]]
 
@@ -79,16 +79,16 @@ def simulate_campaign(
             another truth.
     """
     traction_by_oil = true_tractions(settings, constants)
-    contact = known_contact(settings)
+    contact = contact_of_only_rig(settings)
     ((rig_name, rig),) = settings.rigs.items()
     for geometry_key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
         required_value(getattr(rig, geometry_key), geometry_key, f"config/rigs/{rig_name}.yaml")
     twin = required_value(settings.campaign.twin, "twin", "the campaign")
-    programme = slip_programme(twin)
-    for run in planned_runs(settings.campaign):
+    time_and_slip = slip_programme(twin)
+    for run in simulated_runs(settings.campaign):
         random = generator(settings.seed, "rig twin", run.name)
         true_signals = _true_signals(
-            run, traction_by_oil[run.oil], twin, contact, programme, random
+            run, traction_by_oil[run.oil], twin, contact, time_and_slip, random
         )
         truth_row = {
             "run_id": run.name,
@@ -103,7 +103,7 @@ def simulate_campaign(
 
 
 def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
-    """Time and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
+    """Time (s) and slide-roll ratio of a run: rolling, the steps with their overshoot, rolling."""
     rate_hz = twin.sampling_rate_hz
     rolling = np.zeros(round(twin.baseline_s * rate_hz))
     step_slips = np.linspace(0, twin.slip_max, twin.slip_steps)
@@ -120,15 +120,15 @@ def slip_programme(twin: Twin) -> tuple[FloatArray, FloatArray]:
 
 
 def _true_signals(
-    run: PlannedRun,
+    run: SimulatedRun,
     traction: TrueTraction,
     twin: Twin,
     contact: Contact,
-    programme: tuple[FloatArray, FloatArray],
+    time_and_slip: tuple[FloatArray, FloatArray],
     random: np.random.Generator,
 ) -> Signals:
     """The true signals of a run at each instant, before any sensor."""
-    time_s, slip = programme
+    time_s, slip = time_and_slip
     nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
     load_draw, speed_draw, temperature_draw = random.standard_normal(3)
     load_wander = _relative_wander(time_s, twin, random)
@@ -151,7 +151,7 @@ def _true_signals(
 
 
 def _sensor_signals(
-    run: PlannedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
+    run: SimulatedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
 ) -> Signals:
     """The signals as the sensors give them, with the planted defect."""
     full_scale = required_value(rig.full_scale, "full_scale", "the rig")
@@ -186,8 +186,8 @@ def _sensor_signals(
     if run.defect == "wrong_units":
         load_n = load_n / _NEWTON_PER_KGF
     if run.defect == "stuck_sensor":
-        stuck_from = int(0.4 * len(force_n))
-        force_n[stuck_from:] = force_n[stuck_from]
+        stuck_index = int(0.4 * len(force_n))
+        force_n[stuck_index:] = force_n[stuck_index]
     return {
         "time_s": time_s,
         "load_n": load_n,
@@ -201,17 +201,17 @@ def _sensor_signals(
 def _relative_wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
     """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
     memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
-    pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
+    random_pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
 
     def next_value(value: float, push: float) -> float:
         return memory * value + push
 
     # a filter of SciPy gives the same, and takes longer to import
-    values = list(accumulate(pushes.tolist(), next_value))
+    values = list(accumulate(random_pushes.tolist(), next_value))
     return twin.wander * np.array(values)
 
 
-def log_content(twin_name: str, run: PlannedRun, signals: Signals) -> bytes:
+def log_content(twin_name: str, run: SimulatedRun, signals: Signals) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
 
     The defect `truncated` cuts it off in the middle of a row, as a full disk does.

@@ -9,18 +9,18 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import TorqueTwin
 from oilfilm.settings.resolved import Settings
-from simulated_lab.plan import PlannedRun, planned_torque_runs
+from simulated_lab.plan import SimulatedRun, simulated_torque_runs
 from simulated_lab.simulate import SimulatedLog, log_content
 from simulated_lab.true_bearing import true_problem
-from simulated_lab.truth import TrueTraction, misfit, true_tractions
+from simulated_lab.truth import TrueTraction, true_tractions, truth_misfit
 
-# Points of the contact along and across rolling. The grid is finer than that of the model with
-# which the logs are compared.
-_QUADRATURE = (24, 6)
+# Quadrature nodes across and along the ellipse: more than in the model with which the logs are
+# compared.
+_NODE_COUNTS = (24, 6)
 # Planted defects: a tare that drifts by more than any limit, and a torque that is higher by this
 # share when a speed begins.
 _PLANTED_DRIFT_N_M = 0.2
@@ -43,7 +43,7 @@ def simulate_torque(
     torque_test = required_value(settings.campaign.torque, "torque", "the campaign")
     twin = required_value(torque_test.twin, "twin", "the campaign's `torque`")
     traction_by_oil = true_tractions(settings, constants)
-    runs = planned_torque_runs(settings.campaign)
+    runs = simulated_torque_runs(settings.campaign)
     for oil in dict.fromkeys(run.oil for run in runs):
         runs_of_oil = [run for run in runs if run.oil == oil]
         truth_rows_by_log = _truth_rows(runs_of_oil, twin, traction_by_oil[oil], settings)
@@ -53,7 +53,7 @@ def simulate_torque(
 
 
 def _truth_rows(
-    runs: list[PlannedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
+    runs: list[SimulatedRun], twin: TorqueTwin, true_traction: TrueTraction, settings: Settings
 ) -> list[list[dict[str, Any]]]:
     """Rows of the truth of each log of one oil, one row per speed."""
     bearing = settings.tested_bearing()
@@ -66,16 +66,16 @@ def _truth_rows(
     temperature_c = np.repeat(temperature_of_run_c, len(speeds))
 
     operating_points = (load_n, speed_rpm, temperature_c)
-    problem = true_problem(settings, runs[0].oil, true_traction, operating_points, _QUADRATURE)
+    problem = true_problem(settings, runs[0].oil, true_traction, operating_points, _NODE_COUNTS)
     equilibrium = friction_equilibrium(problem)
     if not equilibrium.solution.converged.all():
         raise OilfilmError(
             f"campaign {settings.campaign.name!r}, torque.matrix: at some of its points the "
             "simulated bearing has no steady motion. Set more load or less speed there."
         )
-    law_misfit = misfit(true_traction, settings)
+    law_misfit = truth_misfit(true_traction, settings)
     torque_n_m = equilibrium.torque_n_m()
-    traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEATS.index("traction")]
+    traction_heat_w = bearing.ball_count * equilibrium.balance.heats_w[HEAT_TERMS.index("traction")]
     rows_by_log = []
     for run_index, run in enumerate(runs):
         first_index = run_index * len(speeds)
@@ -101,7 +101,7 @@ def _truth_rows(
 
 
 def _loads_and_temperatures(
-    runs: list[PlannedRun], twin: TorqueTwin, seed: int
+    runs: list[SimulatedRun], twin: TorqueTwin, seed: int
 ) -> tuple[FloatArray, FloatArray]:
     """Load in N and temperature in degC of each run, with the errors of their control."""
     control_draws = np.array(
@@ -114,7 +114,10 @@ def _loads_and_temperatures(
 
 
 def _log_bytes(
-    run: PlannedRun, truth_rows: list[dict[str, Any]], twin: TorqueTwin, random: np.random.Generator
+    run: SimulatedRun,
+    truth_rows: list[dict[str, Any]],
+    twin: TorqueTwin,
+    random: np.random.Generator,
 ) -> bytes:
     """The log of a run as the rig's logger writes it, with the planted defect.
 
@@ -139,15 +142,15 @@ def _log_bytes(
     # first-order response to each change of the set point
     unfinished_share = np.exp(-np.arange(step_sample_count) / rate_hz / twin.response_s)
 
-    def controlled(set_point_over_time: FloatArray) -> FloatArray:
+    def follow_set_point(set_point_over_time: FloatArray) -> FloatArray:
         """The controlled quantity, which follows its set point."""
         unfinished_change = np.convolve(np.diff(set_point_over_time, prepend=0.0), unfinished_share)
         return set_point_over_time - unfinished_change[: len(set_point_over_time)]
 
     speed_set_point_rpm = set_points_over_time("inner_speed_rpm")
     time_s = np.arange(len(speed_set_point_rpm)) / rate_hz
-    speed_rpm = controlled(speed_set_point_rpm)
-    torque_n_m = controlled(set_points_over_time("torque_n_m"))
+    speed_rpm = follow_set_point(speed_set_point_rpm)
+    torque_n_m = follow_set_point(set_points_over_time("torque_n_m"))
     is_resting = speed_set_point_rpm == 0
     speed_rpm[is_resting] = np.where(np.abs(speed_rpm[is_resting]) < 1, 0.0, speed_rpm[is_resting])
     gain_draw, tare_draw, drift_draw = random.standard_normal(3)

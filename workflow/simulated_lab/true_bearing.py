@@ -16,15 +16,15 @@ from oilfilm.base.units import RAD_S_PER_RPM, FloatArray
 from oilfilm.bearing.ellipse import gauss_rule
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication
-from oilfilm.bearing.torque import film_ratio
+from oilfilm.bearing.torque import worst_lambda_ratio
 from oilfilm.settings.resolved import Settings
 from simulated_lab.truth import TrueTraction, true_tractions
 
-# Quadrature nodes of the map. A heated film is solved at each of them.
-_QUADRATURE = (8, 2)
+# Quadrature nodes of the map, across and along the ellipse. A heated film is solved at each one.
+_NODE_COUNTS = (8, 2)
 # Columns of the map that depend on the traction.
 _RESULT_COLUMNS = (
     *("cage_slip", "torque_n_m", "lambda_ratio"),
@@ -37,7 +37,7 @@ def true_problem(
     oil: str,
     true_traction: TrueTraction,
     operating_points: tuple[FloatArray, FloatArray, FloatArray],
-    quadrature: tuple[int, int],
+    node_counts: tuple[int, int],
 ) -> FrictionProblem:
     """The friction problem of the campaign's bearing with the true traction of an oil.
 
@@ -49,11 +49,11 @@ def true_problem(
         true_traction: Its true traction.
         operating_points: Axial load (N), inner speed (rpm) and oil temperature (degC), each of
             shape (points,).
-        quadrature: Quadrature nodes across and along the ellipse.
+        node_counts: Numbers of quadrature nodes across and along the ellipse.
     """
     load_n, speed_rpm, temperature_c = operating_points
     bearing = settings.tested_bearing()
-    rule = gauss_rule(*quadrature)
+    rule = gauss_rule(*node_counts)
     lubrication = Lubrication.flooded(
         settings.known_oil(oil),
         temperature_c,
@@ -62,20 +62,20 @@ def true_problem(
     )
     problem = FrictionProblem(
         bearing,
-        OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM),
+        OperatingPoints.from_load_and_speed(load_n, speed_rpm * RAD_S_PER_RPM),
         lubrication,
         true_traction.local_law(rule, bearing.radius_y_m[:, np.newaxis]),
         rule,
     )
-    inputs = Inputs.without_draws(
-        {**bearing.uncertain, **settings.bearing.uncertain()}, len(speed_rpm)
+    inputs = InputValues.nominal(
+        {**bearing.uncertain_inputs, **settings.bearing.uncertain_inputs()}, len(speed_rpm)
     )
     if true_traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
     return problem.with_inputs(inputs)
 
 
-def true_map(
+def true_cage_slip_map(
     cage_slip: pd.DataFrame, settings: Settings, constants: Mapping[str, FloatArray]
 ) -> pd.DataFrame:
     """The map of cage slip with the true traction, and how far the map by the law is from it.
@@ -96,10 +96,10 @@ def true_map(
         true_traction = traction_by_oil[str(oil)]
         operating_points = (load_n, speed_rpm, temperature_c)
         equilibrium = friction_equilibrium(
-            true_problem(settings, str(oil), true_traction, operating_points, _QUADRATURE)
+            true_problem(settings, str(oil), true_traction, operating_points, _NODE_COUNTS)
         )
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
-        lambda_ratio, _ = film_ratio(equilibrium)
+        lambda_ratio, _ = worst_lambda_ratio(equilibrium)
         true_values = (
             equilibrium.cage_slip(),
             equilibrium.torque_n_m(),

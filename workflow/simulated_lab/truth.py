@@ -17,7 +17,7 @@ from oilfilm.base.units import PA_PER_GPA, FloatArray
 from oilfilm.bearing.ellipse import QuadratureRule, TractionLaw, gauss_rule
 from oilfilm.physics.contact import Conditions, Contact, elliptical_contact
 from oilfilm.physics.oils import Oil
-from oilfilm.physics.thermal_traction import ThermalEhl, sliding_film, thermal_ehl_traction
+from oilfilm.physics.thermal_traction import ThermalEhlConstants, sliding_film, thermal_ehl_traction
 from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -62,7 +62,7 @@ class TrueTraction(Protocol):
         ...
 
 
-def _above_zero(conditions: Conditions) -> Conditions:
+def _positive(conditions: Conditions) -> Conditions:
     """Conditions with a load, a pressure and a speed above zero."""
     return replace(
         conditions,
@@ -94,7 +94,7 @@ class LawTruth:
 
         def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
             """mu at each node of the contact."""
-            positive_conditions = _above_zero(conditions)
+            positive_conditions = _positive(conditions)
             return self(
                 positive_conditions.max_hertz_pressure_gpa,
                 positive_conditions.entrainment_speed_m_s,
@@ -117,7 +117,7 @@ class FilmTruth:
 
     follows_ellipse: ClassVar[bool] = True
     oil: Oil
-    constants: ThermalEhl
+    constants: ThermalEhlConstants
     rig_contact: Contact
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
@@ -139,7 +139,7 @@ class FilmTruth:
 
         def local_mu(conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
             """mu at each node of the contact."""
-            positive_conditions = _above_zero(conditions)
+            positive_conditions = _positive(conditions)
             contact = elliptical_contact(
                 positive_conditions.load_n,
                 positive_conditions.radius_x_m,
@@ -177,8 +177,8 @@ def true_tractions(
     campaign = settings.campaign
     thermal_ehl = required_value(campaign.twin, "twin", "the campaign").thermal_ehl
     if thermal_ehl is not None:
-        film_constants = ThermalEhl(**thermal_ehl.model_dump())
-        rig_contact = known_contact(settings)
+        film_constants = ThermalEhlConstants(**thermal_ehl.model_dump())
+        rig_contact = contact_of_only_rig(settings)
         return {
             oil: FilmTruth(settings.known_oil(oil), film_constants, rig_contact)
             for oil in campaign.oils
@@ -192,7 +192,7 @@ def true_tractions(
     return {oil: LawTruth(constants_by_oil[oil]) for oil in campaign.oils}
 
 
-def known_contact(settings: Settings) -> Contact:
+def contact_of_only_rig(settings: Settings) -> Contact:
     """The contact of the campaign's one rig.
 
     Raises:
@@ -207,7 +207,7 @@ def known_contact(settings: Settings) -> Contact:
     return contact
 
 
-def misfit(true_traction: TrueTraction, settings: Settings) -> float:
+def truth_misfit(true_traction: TrueTraction, settings: Settings) -> float:
     """Relative difference between both forms of a truth: local mu and mu of the traction rig.
 
     Local mu is averaged over the traction rig's contact, weighted with the load of each node. The
@@ -222,7 +222,7 @@ def misfit(true_traction: TrueTraction, settings: Settings) -> float:
         root-mean-square mu of the traction rig.
     """
     campaign = settings.campaign
-    rig_contact = known_contact(settings)
+    rig_contact = contact_of_only_rig(settings)
     matrix = required_value(campaign.matrix, "matrix", "the campaign")
     slip_max = required_value(campaign.twin, "twin", "the campaign").slip_max
     grid = np.meshgrid(

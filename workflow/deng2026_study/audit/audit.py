@@ -194,7 +194,7 @@ def _judge(claim: Claim, evidence: Evidence) -> tuple[dict[str, Any], Numbers]:
         share = outcome.numbers.get(reading, np.nan)
         if isinstance(share, float) and not np.isnan(share):
             shares.append(share)
-    if reaches(min(shares), limits.holds_share) and outcome.complete:
+    if reaches(min(shares), limits.holds_share) and outcome.is_complete:
         verdict = "by construction" if outcome.by_construction else "holds"
     elif exceeds(limits.fails_share, max(shares)):
         verdict = "fails"

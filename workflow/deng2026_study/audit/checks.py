@@ -28,7 +28,11 @@ from oilfilm.bearing.kinematics import (
     surface_speed_m_s,
 )
 from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS
-from oilfilm.torque.torque_control import is_bistable, undecided_plateaus, without_bistable
+from oilfilm.torque.torque_control import (
+    drop_bistable_plateaus,
+    is_bistable,
+    undecided_plateau_count,
+)
 from oilfilm.traction.law import Law
 from oilfilm.traction.laws.deng2026 import DENG2026
 
@@ -42,13 +46,13 @@ _SIZE_COUNT = 6
 _ROUNDING_SHARE = 1e-15
 # Deng et al. (2026), section 2.1: Ra of ball and disc, and their composite roughness as stated.
 _RA_UM = (0.014, 0.010)
-_COMPOSITE_UM = 0.017
+_COMPOSITE_RA_UM = 0.017
 # Smallest cage slip that a load can suppress noticeably.
 _SMALLEST_SLIP = 0.01
 # Number of coefficients of Eq. 7: A, B and C.
 _COEFFICIENT_COUNT = 3
 # Lowest slip at which the slope of a curve is clear, over the largest slip.
-_CLEAR_SLIP = 0.01
+_CLEAR_SLIP_SHARE = 0.01
 # Shares of the slope at that slip from which the fit of a curve starts.
 _SHARES_OF_SLOPE = (0.2, 0.5, 0.8, 0.95)
 # Relative tolerance of that fit.
@@ -62,8 +66,8 @@ def zero_slip(evidence: Evidence) -> Outcome:
     """Without slip there is no traction."""
     without_slip = evidence.with_levels(slide_roll_ratio=[0.0])
     mu = np.abs(without_slip.mu())
-    holds_for_any_constants = _true_of_every_law(
-        evidence, lambda law: _any_constants(law, np.zeros(1)) == 0
+    holds_for_any_constants = _is_true_of_every_law(
+        evidence, lambda law: _mu_for_any_constants(law, np.zeros(1)) == 0
     )
     outcome_on_grid = without_slip.outcome_on_grid(mu <= evidence.study.audit.zero_traction_max, mu)
     return replace(outcome_on_grid, by_construction=holds_for_any_constants)
@@ -74,8 +78,8 @@ def non_negative(evidence: Evidence) -> Outcome:
     mu = evidence.mu(slide_roll_ratio=evidence.curve_slips[1:])
     lowest_mu = mu.min(axis=_S, keepdims=True)
     largest_size = np.abs(mu).max(axis=_S, keepdims=True)
-    holds_for_any_constants = _true_of_every_law(
-        evidence, lambda law: _any_constants(law, evidence.curve_slips) >= 0
+    holds_for_any_constants = _is_true_of_every_law(
+        evidence, lambda law: _mu_for_any_constants(law, evidence.curve_slips) >= 0
     )
     return replace(
         evidence.outcome_on_grid(reaches(lowest_mu, 0.0, largest_size), lowest_mu),
@@ -85,7 +89,7 @@ def non_negative(evidence: Evidence) -> Outcome:
 
 def linear_start(evidence: Evidence) -> Outcome:
     """Mu begins as a straight line."""
-    linear_end = _linear_range(evidence)
+    linear_end = _end_of_linear_range(evidence)
     required_end = evidence.study.audit.linear_to_slip
     start_slips = np.linspace(0.0, required_end, evidence.study.audit.levels)
     is_straight, _ = _straight_line_fit(
@@ -116,8 +120,8 @@ def peak_decline(evidence: Evidence) -> Outcome:
         shown_oil=(has_peak & is_slight)[is_shown_oil],
         peaks=has_peak,
         slight=is_slight,
-        coldest_least=evidence.by_oil(np.nanmin, decline_coldest),
-        coldest_most=evidence.by_oil(np.nanmax, decline_coldest),
+        coldest_least=evidence.summary_by_oil(np.nanmin, decline_coldest),
+        coldest_most=evidence.summary_by_oil(np.nanmax, decline_coldest),
     )
 
 
@@ -125,7 +129,7 @@ def falls_with_temperature(evidence: Evidence) -> Outcome:
     """Mu falls with T, more steeply where it is cold."""
     audit = evidence.study.audit
     mu = evidence.mu()
-    lowest_c, highest_c = _ends(evidence.grid.inlet_temperature_c)
+    lowest_c, highest_c = _first_and_last(evidence.grid.inlet_temperature_c)
     cold_band, hot_band = np.clip([audit.cold_band_c, audit.hot_band_c], lowest_c, highest_c)
     cold_slope = -np.diff(evidence.mu(inlet_temperature_c=cold_band), axis=_T) / np.diff(cold_band)
     hot_slope = -np.diff(evidence.mu(inlet_temperature_c=hot_band), axis=_T) / np.diff(hot_band)
@@ -141,25 +145,32 @@ def falls_with_temperature(evidence: Evidence) -> Outcome:
 def falls_with_speed(evidence: Evidence) -> Outcome:
     """Mu falls with U and levels off."""
     mu = evidence.mu()
-    ends_of_thirds = np.linspace(*_ends(evidence.grid.entrainment_speed_m_s), 4)
+    ends_of_thirds = np.linspace(*_first_and_last(evidence.grid.entrainment_speed_m_s), 4)
     fall = -np.diff(evidence.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
-    always = _falls(mu, _U)
+    always_falls = _falls(mu, _U)
     return evidence.outcome_on_grid(
-        always & levels_off, _last_over_first(mu, _U), always=always, levels_off=levels_off
+        always_falls & levels_off,
+        _last_over_first(mu, _U),
+        always=always_falls,
+        levels_off=levels_off,
     )
 
 
 def rises_with_stress(evidence: Evidence) -> Outcome:
     """Mu rises with P, about linearly."""
     pressures = evidence.grid.max_hertz_pressure_gpa
-    even_pressures = np.linspace(*_ends(pressures), len(pressures))
+    even_pressures = np.linspace(*_first_and_last(pressures), len(pressures))
     mu = evidence.mu(max_hertz_pressure_gpa=even_pressures)
-    always = _falls(-mu, _P)
-    straight, r2 = _straight_line_fit(evidence, even_pressures, mu, _P)
-    median_r2 = evidence.by_oil(np.nanmedian, r2)
+    always_rises = _falls(-mu, _P)
+    is_straight, r2 = _straight_line_fit(evidence, even_pressures, mu, _P)
+    median_r2 = evidence.summary_by_oil(np.nanmedian, r2)
     return evidence.outcome_on_grid(
-        always & straight, r2, always=always, straight=straight, median_r2=median_r2
+        always_rises & is_straight,
+        r2,
+        always=always_rises,
+        straight=is_straight,
+        median_r2=median_r2,
     )
 
 
@@ -194,16 +205,16 @@ def similar_limit(evidence: Evidence) -> Outcome:
 
 def earlier_plateau(evidence: Evidence) -> Outcome:
     """A higher P leaves the linear range earlier."""
-    linear_end = _linear_range(evidence)
-    ends_c = _ends(evidence.grid.inlet_temperature_c)
+    linear_end = _end_of_linear_range(evidence)
+    ends_c = _first_and_last(evidence.grid.inlet_temperature_c)
     mu = evidence.mu(inlet_temperature_c=ends_c, slide_roll_ratio=evidence.curve_slips)
     on_plateau = reaches(mu, evidence.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     plateau_begin = evidence.curve_slips[np.argmax(on_plateau, axis=_S)]
     return evidence.outcome_on_grid(
         _falls(linear_end, _P),
         _last_over_first(linear_end, _P),
-        plateau_coldest=evidence.by_oil(np.median, plateau_begin[..., 0]),
-        plateau_hottest=evidence.by_oil(np.median, plateau_begin[..., 1]),
+        plateau_coldest=evidence.summary_by_oil(np.median, plateau_begin[..., 0]),
+        plateau_hottest=evidence.summary_by_oil(np.median, plateau_begin[..., 1]),
     )
 
 
@@ -242,7 +253,9 @@ def viscosity_order(evidence: Evidence) -> Outcome:
 
 def hot_convergence(evidence: Evidence) -> Outcome:
     """The oils come nearer to one another as they warm."""
-    mu = evidence.mu_by_viscosity(inlet_temperature_c=_ends(evidence.grid.inlet_temperature_c))
+    mu = evidence.mu_by_viscosity(
+        inlet_temperature_c=_first_and_last(evidence.grid.inlet_temperature_c)
+    )
     spread = np.ptp(mu, axis=0, keepdims=True)
     relative_spread = spread / mu.mean(axis=0, keepdims=True)
     spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
@@ -258,9 +271,10 @@ def hot_convergence(evidence: Evidence) -> Outcome:
 def speed_mutes_temperature(evidence: Evidence) -> Outcome:
     """T changes mu less at a high speed."""
     speeds = np.clip(
-        evidence.study.audit.slow_and_fast_m_s, *_ends(evidence.grid.entrainment_speed_m_s)
+        evidence.study.audit.slow_and_fast_m_s,
+        *_first_and_last(evidence.grid.entrainment_speed_m_s),
     )
-    ends_c = _ends(evidence.grid.inlet_temperature_c)
+    ends_c = _first_and_last(evidence.grid.inlet_temperature_c)
     mu = evidence.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
     drop_ratio = _last_over_first(drop, _U)
@@ -284,7 +298,7 @@ def full_film(evidence: Evidence) -> Outcome:
         films = at_curve_slips.films(*oils)
         margins = films / limits.reshape(2, 1, 1, 1, 1, 1)
         smaller_margin = margins.min(axis=0)
-        judged = at_curve_slips.cases(oils, exceeds(smaller_margin, 1.0), smaller_margin)
+        judged = at_curve_slips.cases_on_grid(oils, exceeds(smaller_margin, 1.0), smaller_margin)
     elif points.empty:
         raise NotCheckableError("no lambda")
     else:
@@ -318,7 +332,7 @@ def air_spindle(evidence: Evidence) -> Outcome:
 
 def wang_deng_zero(evidence: Evidence) -> Outcome:
     """The Wang-Deng law has traction without slip."""
-    fits = _wang_deng(evidence)
+    fits = _wang_deng_fits(evidence)
     mu_at_zero_slip = fits["zero_slip_traction"].abs()
     holds = mu_at_zero_slip > evidence.study.audit.zero_traction_max
     return outcome_of_cases(
@@ -329,7 +343,7 @@ def wang_deng_zero(evidence: Evidence) -> Outcome:
 def wang_deng_overfit(evidence: Evidence) -> Outcome:
     """The errors of the Wang-Deng law grow more on curves left out."""
     audit = evidence.study.audit
-    fits = _wang_deng(evidence)
+    fits = _wang_deng_fits(evidence)
     all_fits = evidence.campaign_tables.fit_quality
     by_paper_law = all_fits[all_fits["law"] == audit.stress_law].set_index("oil")
     if not set(fits["oil"]) <= set(by_paper_law.index):
@@ -345,7 +359,7 @@ def wang_deng_overfit(evidence: Evidence) -> Outcome:
 def properties_not_needed(evidence: Evidence) -> Outcome:
     """Laws with properties of the oil predict no better than the paper's law."""
     limit = evidence.study.audit.prediction_error
-    by_paper_law = _by_paper_law(evidence).set_index("oil")
+    by_paper_law = _paper_law_fits(evidence).set_index("oil")
     if evidence.truth_is_law:
         raise NotCheckableError("own law")
     all_fits = evidence.campaign_tables.fit_quality
@@ -359,7 +373,7 @@ def properties_not_needed(evidence: Evidence) -> Outcome:
     return outcome_of_cases(
         fits.assign(holds=reaches(1.0, error_ratio), value=error_ratio),
         ends=reaches(fits[end_column].to_numpy(), paper_law_fits[end_column].to_numpy()),
-        enough=reaches(limit, _relative_left_out(by_paper_law).to_numpy()),
+        enough=reaches(limit, _relative_left_out_error(by_paper_law).to_numpy()),
         own_error=paper_law_fits.groupby(fits["oil"], sort=False)[end_column].first().to_dict(),
         least_error=fits.groupby("oil", sort=False)[end_column].min().to_dict(),
     )
@@ -393,14 +407,14 @@ def torque_load(evidence: Evidence) -> Outcome:
         **counts,
     )
     return replace(
-        torque_outcome, complete=bool(reaches(largest, evidence.study.audit.torque_load_error))
+        torque_outcome, is_complete=bool(reaches(largest, evidence.study.audit.torque_load_error))
     )
 
 
 def uniquely_determined(evidence: Evidence) -> Outcome:
     """The curves determine A, B and C; all curves of an oil determine its constants."""
-    fits = _by_paper_law(evidence).dropna(subset="constant_spread")
-    errors = _errors_of_curves(evidence.campaign_tables.points)
+    fits = _paper_law_fits(evidence).dropna(subset="constant_spread")
+    errors = _coefficient_errors_of_curves(evidence.campaign_tables.points)
     if fits.empty or errors.empty:
         raise NotCheckableError("no fit by the paper's law")
     coefficients = evidence.campaign_tables.coefficients
@@ -428,13 +442,13 @@ def genetic_optimum(evidence: Evidence) -> Outcome:
 def extrapolates(evidence: Evidence) -> Outcome:
     """The law predicts beyond the tested conditions."""
     limit = evidence.study.audit.prediction_error
-    fits = _by_paper_law(evidence)
+    fits = _paper_law_fits(evidence)
     if evidence.truth_is_law:
         raise NotCheckableError("own law")
     errors_at_ends = fits.filter(regex="^oil$|_end_out_relative_rms$").melt("oil").dropna()
     if errors_at_ends.empty:
         raise NotCheckableError("no fit by the paper's law")
-    left_out_error = _relative_left_out(fits)
+    left_out_error = _relative_left_out_error(fits)
     rows_beyond = evidence.campaign_tables.extrapolation
     is_of_paper_law = rows_beyond["law"] == evidence.study.audit.stress_law
     has_fitted_oil = rows_beyond["oil"].isin(fits["oil"])
@@ -455,8 +469,8 @@ def extrapolates(evidence: Evidence) -> Outcome:
 def composite_roughness(evidence: Evidence) -> Outcome:
     """The roughness of ball and disc make the stated one."""
     composite = float(np.hypot(*_RA_UM))
-    judged = pd.DataFrame({"oil": [""], "holds": composite < _COMPOSITE_UM, "value": composite})
-    return outcome_of_cases(judged, rounded=round(composite, 3) <= _COMPOSITE_UM)
+    judged = pd.DataFrame({"oil": [""], "holds": composite < _COMPOSITE_RA_UM, "value": composite})
+    return outcome_of_cases(judged, rounded=round(composite, 3) <= _COMPOSITE_RA_UM)
 
 
 def rolling_speed(evidence: Evidence) -> Outcome:
@@ -498,7 +512,7 @@ def slip_is_cage_slip(evidence: Evidence) -> Outcome:
 
 def load_suppresses_slip(evidence: Evidence) -> Outcome:
     """The cage slips less under a higher load."""
-    slip_rows = _cage_slips(evidence)
+    slip_rows = _cage_slip_rows(evidence)
     slip_by_load = slip_rows.pivot(
         index="axial_load_n", columns=["oil", "inlet_temperature_c", "pitch_speed_mm_rpm"]
     )["cage_slip"]
@@ -519,7 +533,7 @@ def load_suppresses_slip(evidence: Evidence) -> Outcome:
 def heavy_load_grips(evidence: Evidence) -> Outcome:
     """Where the contact pressure is high the cage hardly slips."""
     limits = evidence.study.selection.limits
-    slip_rows = _cage_slips(evidence)
+    slip_rows = _cage_slip_rows(evidence)
     larger_pressure_gpa = slip_rows[
         ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     ].max(axis=1)
@@ -536,8 +550,8 @@ def heavy_load_grips(evidence: Evidence) -> Outcome:
 def light_load_4102(evidence: Evidence) -> Outcome:
     """Under light load 4102 has the most traction."""
     selection = evidence.study.selection
-    light_view = _at_pressures_within(
-        _with_largest_slip(evidence), above=-np.inf, below=selection.limits.light_below_gpa
+    light_view = _limit_pressures(
+        _add_largest_slip(evidence), above=-np.inf, below=selection.limits.light_below_gpa
     )
     mu = light_view.mu_by_viscosity()
     grid = light_view.grid
@@ -557,9 +571,9 @@ def light_load_4102(evidence: Evidence) -> Outcome:
 def slip_15(evidence: Evidence) -> Outcome:
     """Up to 15 % cage slip the thinnest oil has the least traction, beyond it the thickest most."""
     selection = evidence.study.selection
-    evidence = _with_largest_slip(evidence)
+    evidence = _add_largest_slip(evidence)
     mu = evidence.mu_by_viscosity()
-    is_film_adequate = _thinnest_is_adequate(evidence)
+    is_film_adequate = _is_film_of_thinnest_oil_full(evidence)
     is_slipping = exceeds(evidence.grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     # S taken for the cage slip, as section 4.3 does
     is_slipping_by_ratio = exceeds(evidence.grid.slide_roll_ratio, selection.limits.slip_limit)
@@ -577,20 +591,20 @@ def slip_15(evidence: Evidence) -> Outcome:
         beyond=exceeds(1.0, value[..., is_slipping]),
         adequate=is_film_adequate,
     )
-    return _only_cases(outcome_on_grid, is_slipping | is_film_adequate, "no condition")
+    return _select_cases(outcome_on_grid, is_slipping | is_film_adequate, "no condition")
 
 
 def heavy_load_4010(evidence: Evidence) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
-    heavy_view = _at_pressures_within(
+    heavy_view = _limit_pressures(
         evidence, above=evidence.study.selection.limits.heavy_from_gpa, below=np.inf
     )
     mu = heavy_view.mu_by_viscosity()
-    is_film_adequate = _thinnest_is_adequate(heavy_view)
+    is_film_adequate = _is_film_of_thinnest_oil_full(heavy_view)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
     all_cases = heavy_view.outcome_on_grid(exceeds(1.0, ratio), ratio, adequate=is_film_adequate)
-    outcome_with_film = _only_cases(all_cases, is_film_adequate, "no film")
-    thinnest_has_least_torque = _least_torque_of_thinnest(evidence)
+    outcome_with_film = _select_cases(all_cases, is_film_adequate, "no film")
+    thinnest_has_least_torque = _has_thinnest_oil_least_torque(evidence)
     bearing_numbers = {
         "bearing": thinnest_has_least_torque.mean(),
         "bearing_points": float(len(thinnest_has_least_torque)),
@@ -598,13 +612,13 @@ def heavy_load_4010(evidence: Evidence) -> Outcome:
     return replace(outcome_with_film, numbers=outcome_with_film.numbers | bearing_numbers)
 
 
-def _true_of_every_law(evidence: Evidence, is_true_of: Callable[[Law], BoolArray]) -> bool:
+def _is_true_of_every_law(evidence: Evidence, is_true_of: Callable[[Law], BoolArray]) -> bool:
     """Whether something is true of every law, whatever its constants."""
     laws = {fitted.law.name: fitted.law for fitted in evidence.fit_by_oil.values()}
     return all(is_true_of(law).all() for law in laws.values())
 
 
-def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
+def _mu_for_any_constants(law: Law, slip: FloatArray) -> FloatArray:
     """mu at slips for all combinations of coefficients within their bounds; rounding becomes 0."""
     levels = [
         np.geomspace(coefficient.smallest, coefficient.largest, _SIZE_COUNT)
@@ -616,7 +630,7 @@ def _any_constants(law: Law, slip: FloatArray) -> FloatArray:
     return np.where(np.abs(mu) <= _ROUNDING_SHARE * magnitudes.max(axis=0), 0.0, mu)
 
 
-def _linear_range(evidence: Evidence) -> FloatArray:
+def _end_of_linear_range(evidence: Evidence) -> FloatArray:
     """Slip from which on mu/S differs from its value at no slip by more than the tolerance.
 
     The last slip where it never differs so much.
@@ -645,7 +659,7 @@ def _linear_range(evidence: Evidence) -> FloatArray:
     )
 
 
-def _ends(levels: FloatArray) -> tuple[float, float]:
+def _first_and_last(levels: FloatArray) -> tuple[float, float]:
     """The first and the last level."""
     return float(levels[0]), float(levels[-1])
 
@@ -690,14 +704,14 @@ def _straight_line_fit(
     return r2 >= evidence.study.printed.signs.linear_r2_min, r2
 
 
-def _with_largest_slip(evidence: Evidence) -> Evidence:
+def _add_largest_slip(evidence: Evidence) -> Evidence:
     """The evidence with the largest tested slip added: the limit of cage slip is near it."""
     return evidence.with_levels(
         slide_roll_ratio=np.union1d(evidence.grid.slide_roll_ratio, evidence.curve_slips[-1])
     )
 
 
-def _at_pressures_within(evidence: Evidence, *, above: float, below: float) -> Evidence:
+def _limit_pressures(evidence: Evidence, *, above: float, below: float) -> Evidence:
     """The evidence with as many levels of pressure, all of them in [above, below).
 
     Raises:
@@ -711,13 +725,13 @@ def _at_pressures_within(evidence: Evidence, *, above: float, below: float) -> E
     return evidence.with_levels(max_hertz_pressure_gpa=levels_inside[exceeds(below, levels_inside)])
 
 
-def _thinnest_is_adequate(evidence: Evidence) -> BoolArray:
+def _is_film_of_thinnest_oil_full(evidence: Evidence) -> BoolArray:
     """Whether the film of the least viscous oil is thick enough, over the grid."""
     lambda_ratio = evidence.films(evidence.falling_viscosity[-1])[1]
     return exceeds(lambda_ratio, evidence.settings.gates.lambda_limit)
 
 
-def _least_torque_of_thinnest(evidence: Evidence) -> BoolArray:
+def _has_thinnest_oil_least_torque(evidence: Evidence) -> BoolArray:
     """Whether the least viscous oil has the least torque, at each heavily loaded operating point.
 
     Heavily loaded: from the highest pressure of the paper's tests on, with enough film. Points at
@@ -749,7 +763,7 @@ def _least_torque_of_thinnest(evidence: Evidence) -> BoolArray:
     return reaches(torque_n_m.min(axis=1), torque_n_m[oils[-1]])
 
 
-def _cage_slips(evidence: Evidence) -> pd.DataFrame:
+def _cage_slip_rows(evidence: Evidence) -> pd.DataFrame:
     """The rows of the map of cage slip with an oil of the paper and an equilibrium.
 
     Raises:
@@ -764,7 +778,7 @@ def _cage_slips(evidence: Evidence) -> pd.DataFrame:
     return slip_rows
 
 
-def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
+def _coefficient_errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
     """The largest relative standard error of A, B and C of each curve, fitted to it alone.
 
     Args:
@@ -777,13 +791,13 @@ def _errors_of_curves(points: pd.DataFrame) -> "pd.Series[float]":
     for (oil, run_id), curve in points.groupby(["oil", "run_id"], sort=False):
         if len(curve) > _COEFFICIENT_COUNT:
             slip, mu = curve[["slide_roll_ratio", "traction_coefficient"]].abs().to_numpy().T
-            rows.append((oil, run_id, _error_of_curve(slip, mu)))
+            rows.append((oil, run_id, _coefficient_error_of_curve(slip, mu)))
     errors = pd.DataFrame(rows, columns=["oil", "run_id", "error"])
     error_by_curve = errors.set_index(["oil", "run_id"])["error"].astype(float)
     return error_by_curve.clip(upper=_UNDETERMINED_ERROR)
 
 
-def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
+def _coefficient_error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
     """The largest relative standard error of |A|, B and C of Eq. 7, fitted to one curve.
 
     The fit is in logarithms of the three, so that they keep their signs. It starts from the largest
@@ -792,7 +806,7 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
     """
     largest_mu = mu.max()
     # at almost no slip mu is its own error, and the slope would be any number
-    is_clear = slip >= _CLEAR_SLIP * slip.max()
+    is_clear = slip >= _CLEAR_SLIP_SHARE * slip.max()
     slope = (mu[is_clear] / slip[is_clear]).max()
 
     def residual(logarithms: FloatArray) -> FloatArray:
@@ -823,7 +837,7 @@ def _error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
     return float(np.sqrt(variance * np.nan_to_num(inverse_diagonal, nan=np.inf).max()))
 
 
-def _only_cases(judged: Outcome, is_selected: BoolArray, reason: str) -> Outcome:
+def _select_cases(judged: Outcome, is_selected: BoolArray, reason: str) -> Outcome:
     """An outcome with the cases that a claim is about.
 
     Args:
@@ -839,7 +853,7 @@ def _only_cases(judged: Outcome, is_selected: BoolArray, reason: str) -> Outcome
     return replace(judged, cases=judged.cases[is_selected.ravel()])
 
 
-def _by_paper_law(evidence: Evidence) -> pd.DataFrame:
+def _paper_law_fits(evidence: Evidence) -> pd.DataFrame:
     """Fits of the paper's law.
 
     Raises:
@@ -849,12 +863,12 @@ def _by_paper_law(evidence: Evidence) -> pd.DataFrame:
     return fits[fits["law"] == evidence.study.audit.stress_law]
 
 
-def _relative_left_out(fits: pd.DataFrame) -> "pd.Series[float]":
+def _relative_left_out_error(fits: pd.DataFrame) -> "pd.Series[float]":
     """The rms error at curves left out, relative to mu."""
     return fits["left_out_rmse"] * fits["relative_rms"] / fits["rmse"]
 
 
-def _wang_deng(evidence: Evidence) -> pd.DataFrame:
+def _wang_deng_fits(evidence: Evidence) -> pd.DataFrame:
     """Fits of all versions of the Wang-Deng law.
 
     Raises:
@@ -879,11 +893,13 @@ def _torque_errors(evidence: Evidence) -> tuple[pd.DataFrame, dict[str, float]]:
         if (evidence.campaign_tables.torque_control["verdict"] == control_verdict).any():
             raise NotCheckableError(control_verdict)
     plateau_and_oil = ["run_id", "first_row", "oil"]
-    certain_rows = without_bistable(torque_rows).set_index([*plateau_and_oil, "load_variable"])
+    certain_rows = drop_bistable_plateaus(torque_rows).set_index(
+        [*plateau_and_oil, "load_variable"]
+    )
     errors = certain_rows["relative_error"].abs().unstack(sort=False)
     errors = errors.reindex(columns=["stress", "load"]).reset_index()
     if errors["stress"].isna().all():
         raise NotCheckableError("no torque by the law")
     bistable_count = len(torque_rows[is_bistable(torque_rows)].drop_duplicates(plateau_and_oil[:2]))
-    counts = {"bistable": bistable_count, "undecided": undecided_plateaus(torque_rows)}
+    counts = {"bistable": bistable_count, "undecided": undecided_plateau_count(torque_rows)}
     return errors, {name: float(count) for name, count in counts.items() if count}

@@ -15,7 +15,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.film import FilmKind
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES, Grid, film_by_oil, traction_on_grid
+from oilfilm.torque.operating_grid import AXIS_NAMES, Grid, film_by_oil, traction_on_grid
 
 # Further numbers of a claim by name: each one number, or one number by oil.
 Numbers = dict[str, float | dict[str, float]]
@@ -36,13 +36,13 @@ class Outcome:
         numbers: Further numbers by name. Most are shares of the cases in which one part of the
             claim holds.
         by_construction: Whether the claim is true whatever the oils are.
-        complete: False if something fails that is no case. Then the claim holds in part at most.
+        is_complete: False if something fails that is no case. Then the claim holds in part at most.
     """
 
     cases: pd.DataFrame
     numbers: Numbers
     by_construction: bool = False
-    complete: bool = True
+    is_complete: bool = True
 
     @property
     def share(self) -> float:
@@ -59,7 +59,7 @@ class Outcome:
         candidates = self.cases if failing.empty else failing
         values = candidates["value"].to_numpy()
         index = first_largest(values if worst == "largest" else -values)
-        return candidates.iloc[int(index)].reindex(["oil", *AXES, "value"])
+        return candidates.iloc[int(index)].reindex(["oil", *AXIS_NAMES, "value"])
 
 
 def outcome_of_cases(cases: pd.DataFrame, **numbers: Any) -> Outcome:
@@ -117,7 +117,7 @@ class Evidence:
         """The same evidence with other levels on some axes of the grid.
 
         Args:
-            levels: The levels of an axis by its name, one of `AXES`.
+            levels: The levels of an axis by its name, one of `AXIS_NAMES`.
         """
         return replace(self, grid=self.grid.with_levels(**levels))
 
@@ -189,11 +189,11 @@ class Evidence:
             raise NotCheckableError("no film")
         film_kind = film_kind or self.settings.film.thickness
         films_of_oils = [
-            replace(film_of_oil[oil], film_kind=film_kind).over(self.grid) for oil in oils
+            replace(film_of_oil[oil], film_kind=film_kind).on_grid(self.grid) for oil in oils
         ]
         return np.stack(films_of_oils, axis=1)
 
-    def by_oil(
+    def summary_by_oil(
         self, summary: Callable[[FloatArray], float], values: FloatArray
     ) -> dict[str, float]:
         """One number per oil from an array whose first axis is that of the oils with a law."""
@@ -209,9 +209,11 @@ class Evidence:
             numbers: Further numbers, as for `outcome_of_cases`.
         """
         oils = list(self.fit_by_oil) if len(holds) == len(self.fit_by_oil) else [""]
-        return outcome_of_cases(self.cases(oils, holds, value), **numbers)
+        return outcome_of_cases(self.cases_on_grid(oils, holds, value), **numbers)
 
-    def cases(self, oils: Sequence[str], holds: BoolArray, value: FloatArray) -> pd.DataFrame:
+    def cases_on_grid(
+        self, oils: Sequence[str], holds: BoolArray, value: FloatArray
+    ) -> pd.DataFrame:
         """Cases from arrays over the grid.
 
         Args:
@@ -224,7 +226,9 @@ class Evidence:
             spans_axis = length == 1 and len(levels) > 1
             axes.append(np.array([np.nan]) if spans_axis else levels)
         mesh = np.meshgrid(*axes, indexing="ij")
-        columns = {name: levels.ravel() for name, levels in zip(("oil", *AXES), mesh, strict=True)}
+        columns = {
+            name: levels.ravel() for name, levels in zip(("oil", *AXIS_NAMES), mesh, strict=True)
+        }
         columns["holds"] = holds.ravel()
         columns["value"] = np.broadcast_to(value, holds.shape).ravel()
         return pd.DataFrame(columns)

@@ -8,22 +8,27 @@ from matplotlib import colormaps
 from matplotlib.colors import ListedColormap
 from matplotlib.patches import Patch
 
-from deng2026_study.advice import NO_CHOICE, NO_EQUILIBRIUM, OUTSIDE, STAYS_BEST_SHARE
+from deng2026_study.advice import (
+    JUDGEMENTS_WITHOUT_CHOICE,
+    NO_EQUILIBRIUM,
+    OUTSIDE_FILM_FORMULA,
+    STAYS_BEST_SHARE,
+)
 from oilfilm.base.units import RAD_S_PER_RPM
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import in_units_of_axes, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, stays_best
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, certainty_of_best_oil
 
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
 # Symbol and its meaning where there is no best oil, by judgement.
 _SYMBOL_OF_NO_CHOICE = {
     "no film": ("x", "no film thick enough"),
-    OUTSIDE: ("+", "outside the film formula"),
+    OUTSIDE_FILM_FORMULA: ("+", "outside the film formula"),
     NO_EQUILIBRIUM: ("1", "an oil without equilibrium"),
 }
 # Symbol and its meaning where the advised oil is not the best one, by judgement.
@@ -70,13 +75,13 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     ]
     speed_rad_s = tests["inner_speed_rpm"] * RAD_S_PER_RPM
     # feed oil of unknown flow adds nothing
-    power_of_terms = [tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEATS]
+    power_of_terms = [tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEAT_TERMS]
     speed_1000_rpm = tests["inner_speed_rpm"] / 1e3
-    colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEATS)))
+    colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEAT_TERMS)))
     areas = panel.axis.stackplot(
         speed_1000_rpm,
         power_of_terms,
-        labels=HEATS,
+        labels=HEAT_TERMS,
         colors=colour_of_terms,
         edgecolor="white",
         linewidth=0.3,
@@ -88,7 +93,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     # not in the colour of an oil; the rim shows it on dark areas
     dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dot_look["markersize"] = 4
-    for term, power in zip(HEATS, power_of_terms, strict=True):
+    for term, power in zip(HEAT_TERMS, power_of_terms, strict=True):
         panel.keep(term, speed_1000_rpm, power, oil=oil)
     power_interval = {"lower": tests["power_low_w"], "upper": tests["power_high_w"]}
     panel.keep("sum", speed_1000_rpm, tests["power_w"], oil=oil, **power_interval)
@@ -136,14 +141,14 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     best_panel = sheet.panel(0, "best oil")
     advised_panel = sheet.panel(1, "oil that the paper advises")
     judgement = advice["judgement"]
-    is_decided = ~judgement.isin(NO_CHOICE)
+    is_decided = ~judgement.isin(JUDGEMENTS_WITHOUT_CHOICE)
     _draw_oils(best_panel, advice, "best_oil", is_decided, oils)
     _draw_oils(advised_panel, advice, "advised_oil", is_decided, oils)
     handles: list[Any] = [
         Patch(facecolor=style.tint(style.oil_colour(oil, oils), _FIELD_TINT), label=oil)
         for oil in oils
     ]
-    handles += _draw_sure(best_panel, advice, results.cage_slip)
+    handles += _draw_certain_best(best_panel, advice, results.cage_slip)
     handles += _draw_wrong_by_truth(best_panel, advice)
     handles += _draw_judgements(advised_panel, advice)
     for panel in (best_panel, advised_panel):
@@ -168,8 +173,10 @@ def is_wrong_by_truth(advice: pd.DataFrame) -> "pd.Series[bool]":
     Args:
         advice: Table of advice.
     """
-    is_known = ~advice["judgement"].isin(NO_CHOICE) & (advice["true_judgement"] != "")
-    is_known &= ~advice["true_judgement"].isin(NO_CHOICE)
+    is_known = ~advice["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE) & (
+        advice["true_judgement"] != ""
+    )
+    is_known &= ~advice["true_judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)
     return is_known & (advice["true_best_oil"] != advice["best_oil"])
 
 
@@ -194,9 +201,11 @@ def _draw_oils(
     axis.grid(False)
 
 
-def _draw_sure(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
+def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
     """Draw dots where one oil stays the best in nearly all draws; return entries of the legend."""
-    surely_best = stays_best(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    surely_best = (
+        certainty_of_best_oil(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    )
     sure_rows = advice.merge(surely_best, on=OPERATING_POINT_COLUMNS).query(
         "surely and best_oil != ''"
     )

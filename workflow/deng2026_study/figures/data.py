@@ -16,7 +16,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.patches import Circle, FancyArrowPatch, Patch, Rectangle
 
-from deng2026_study.printed_law import with_printed
+from deng2026_study.printed_law import add_printed_values
 from deng2026_study.reference import PaperStatement, PaperTables
 from deng2026_study.settings import study_settings
 from oilfilm import tables
@@ -254,7 +254,7 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
         notes.append(f"{name}: {source}")
         for quantity, unit, value_of_oil in _OIL_PROPERTIES:
             value = np.nan if oil is None else float(value_of_oil(oil))
-            cells.append(_cell(name, quantity, unit, value, source))
+            cells.append(_table_cell(name, quantity, unit, value, source))
     title = f"Properties at {_PROPERTIES_AT_C:g} \N{DEGREE SIGN}C and 1 bar"
     return _table_sheet(title, cells, notes, paper_tables.tab01)
 
@@ -282,22 +282,22 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     column_heading = "this campaign"
     for name, (quantity, unit) in _MATRIX_QUANTITIES.items():
         levels = _levels_of(runs, settings.campaign, name)
-        cells.append(_cell(column_heading, quantity, unit, _levels_text(levels), source))
+        cells.append(_table_cell(column_heading, quantity, unit, _levels_text(levels), source))
     # set points of a rig whose contact is not known
     loads = sorted(runs["nominal_load_n"].dropna().unique())
     if loads:
-        cells.append(_cell(column_heading, "load", "N", _levels_text(loads), source_of_logs))
+        cells.append(_table_cell(column_heading, "load", "N", _levels_text(loads), source_of_logs))
     slips = accepted["slide_roll_ratio"].abs()
     slip_range = _NO_VALUE
     if len(slips):
         slip_range = f"{round(slips.min(), 3):g} to {round(slips.max(), 3):g}"
-    cells.append(_cell(column_heading, "slide-roll ratio", "", slip_range, "accepted points"))
+    cells.append(_table_cell(column_heading, "slide-roll ratio", "", slip_range, "accepted points"))
     for oil in settings.oils:
         runs_of_oil = runs.loc[runs["oil"] == oil, "run_id"]
         accepted_count = runs_of_oil.isin(accepted["run_id"]).sum()
         curves = f"{accepted_count} accepted of {len(runs_of_oil)} runs"
         cells.append(
-            _cell(column_heading, f"curves of {oil}", "", curves, "tables runs and points")
+            _table_cell(column_heading, f"curves of {oil}", "", curves, "tables runs and points")
         )
     return _table_sheet("Test matrix", cells, [f"Levels: {source}."], paper_tables.tab02)
 
@@ -326,7 +326,9 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
             if torque.matrix is not None:
                 levels = [factor * level for level in getattr(torque.matrix, dotted_key)]
                 source = "campaign file, `torque`"
-                cells.append(_cell(torque.bearing, quantity, unit, _levels_text(levels), source))
+                cells.append(
+                    _table_cell(torque.bearing, quantity, unit, _levels_text(levels), source)
+                )
             continue
         keys = dotted_key.split(".")
         value: Any = bearing
@@ -337,7 +339,9 @@ def tab03(results: CampaignTables, settings: Settings, paper_tables: PaperTables
             source = "assumed" if keys[0] in bearing.assumed else bearing.source
             content = value if isinstance(value, str) else factor * value
             # all digits of the drawing and no others
-            cells.append(_cell(torque.bearing, quantity, unit, content, source, "{:.7g}".format))
+            cells.append(
+                _table_cell(torque.bearing, quantity, unit, content, source, "{:.7g}".format)
+            )
     notes = [f"{torque.bearing}: {bearing.source}. *: assumed."]
     return _table_sheet("Bearing and test of its torque", cells, notes, paper_tables.tab03)
 
@@ -352,7 +356,7 @@ def _number(value: float) -> str:
     return f"{value:.{decimals}f}"
 
 
-def _cell(
+def _table_cell(
     column: str,
     quantity: str,
     unit: str,
@@ -398,7 +402,7 @@ def _table_sheet(
 
     Args:
         title: Head of the names of the quantities.
-        cells_of_table: Cells, as `_cell` returns them.
+        cells_of_table: Cells, as `_table_cell` returns them.
         notes: Notes below the table.
         paper_statements: What the paper's text says, by quantity. It is added to the cells.
     """
@@ -408,7 +412,7 @@ def _table_sheet(
         unit = units.get(quantity, "")
         source = statement.where or "lost"
         cells_of_table.append(
-            _cell(_PAPER_COLUMN, quantity, unit, f"{statement.says}{where_in_paper}", source)
+            _table_cell(_PAPER_COLUMN, quantity, unit, f"{statement.says}{where_in_paper}", source)
         )
     drawn_cells = pd.DataFrame(cells_of_table)
     columns = list(drawn_cells.loc[drawn_cells["column"] != _PAPER_COLUMN, "column"].unique())
@@ -475,7 +479,7 @@ def eqs11_13(
     bootstrap over curves. Beside them: the constants printed in the paper, signs restored, for
     the oils that it tested.
     """
-    table = with_printed(results.configured.coefficients, printed_coefficients)
+    table = add_printed_values(results.configured.coefficients, printed_coefficients)
     note = "Printed: Deng et al. 2026, signs reconstructed"
     return draw_constants(table, list(settings.oils), note)
 

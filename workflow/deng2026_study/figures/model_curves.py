@@ -13,7 +13,7 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import MaxNLocator
 
 from deng2026_study.extrapolation import is_beyond
-from deng2026_study.printed_law import with_printed
+from deng2026_study.printed_law import add_printed_values
 from deng2026_study.settings import MatrixWithSlip, study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
@@ -48,7 +48,7 @@ CUTS = {
     "fig09": ("max_hertz_pressure_gpa", _TEMPERATURE),
     "fig10": (_TEMPERATURE, _SLIP),
 }
-_BEYOND = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
+_BEYOND_TESTS_PATCH = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
 # What the dashed lines are, by the name of their series.
 _LABEL_OF_DASHED_SERIES = {"truth": "truth of the simulation", "printed": "printed constants"}
 
@@ -123,7 +123,7 @@ def _draw_cuts(
         dict(zip(fixed_names, fixed_levels, strict=True))
         for fixed_levels in itertools.product(*(getattr(levels, name) for name in fixed_names))
     ]
-    coefficients = with_printed(results.configured.coefficients, printed_coefficients)
+    coefficients = add_printed_values(results.configured.coefficients, printed_coefficients)
     laws_by_oil = {}
     for oil in settings.oils:
         law_by_series = _laws_of_series(results, coefficients, oil)
@@ -367,7 +367,7 @@ def _legend_entries(
         middle = style.level_phrases({line_condition: levels[len(levels) // 2]})
         label = f"{_BAND_LABELS[abscissa == _SLIP]}, {middle}"
         handles.append(Patch(color=style.GREY, alpha=0.25, linewidth=0, label=label))
-    return [*handles, _BEYOND]
+    return [*handles, _BEYOND_TESTS_PATCH]
 
 
 # A row of the table `fit_quality`.

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 import oilfilm.run.job as run
-from deng2026_study.advice import advice_by_truth, advice_in_band
+from deng2026_study.advice import advice_by_truth, advice_tables
 from deng2026_study.published_tests import published_tests_table
 from deng2026_study.reference import PublishedBearingTests
 from oilfilm.settings.messages import load
@@ -15,7 +15,7 @@ with run.job(snakemake) as job:
     oils = oils_in_bearings(
         job.input_tables.coefficients, job.input_tables.fit_quality, job.settings
     )
-    table_by_name = advice_in_band(oils, job.input_tables, job.settings)
+    table_by_name = advice_tables(oils, job.input_tables, job.settings)
     constants = read_printed_constants(Path(snakemake.input.printed))
     advice, band = table_by_name["slip_advice"], table_by_name["advice_band"]
     table_by_name |= advice_by_truth(advice, band, job.input_tables, job.settings, constants)

@@ -35,7 +35,7 @@ from oilfilm.settings.messages import validated
 from oilfilm.settings.resolve import read_config
 from oilfilm.settings.rig import Calibration
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.traction import LAWS, PAPER_LAW, why_compared_only
+from oilfilm.traction import LAWS, PAPER_LAW, reason_for_comparison_only
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
@@ -449,7 +449,7 @@ def fit_points(
     law_names = [name for name, law in LAWS.items() if law.conditions == condition_names]
     if law_name not in law_names:
         names = ", ".join(law_names)
-        reason = why_compared_only(law_name)
+        reason = reason_for_comparison_only(law_name)
         if reason:
             raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
         raise OilfilmError(

@@ -18,17 +18,17 @@ from oilfilm.api.axes import given_or_new
 from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.settings.resolve import campaign_names, named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import (
-    CAUSES,
+    CAUSE_BY_NAME,
     Answers,
-    answers,
+    calculate_answers,
     operating_point_table,
     range_text,
-    three_digits,
+    three_digit_text,
     what_to_measure,
 )
 from oilfilm.torque.bearing_torque import OilInBearing, oils_with_uncertainty
@@ -89,7 +89,9 @@ class BearingTorque:
         """
         points = self._rows_of_oil(self.answers.points)
         key_columns = ["oil", "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-        torque_by_part = points[[f"{part}_torque_n_m" for part in HEATS]].set_axis(HEATS, axis=1)
+        torque_by_part = points[[f"{part}_torque_n_m" for part in HEAT_TERMS]].set_axis(
+            HEAT_TERMS, axis=1
+        )
         return points[key_columns].join(torque_by_part).reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:
@@ -193,8 +195,10 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         value, lower, upper = (factor * row[f"{column}{end}"] for end in ("", "_lower", "_upper"))
         interval = "no interval, because the law has too few refits or draws have no equilibrium"
         if np.isfinite(lower):
-            interval = f"95 % interval {three_digits(lower)} to {three_digits(upper)} {unit}"
-        yield f"  {name:<16}{three_digits(value)} {unit}, {interval}"
+            interval = (
+                f"95 % interval {three_digit_text(lower)} to {three_digit_text(upper)} {unit}"
+            )
+        yield f"  {name:<16}{three_digit_text(value)} {unit}, {interval}"
     if row["bistable"] is True:
         yield "  the cage may roll or skid here; the numbers are those of the faster cage"
     elif pd.isna(row["bistable"]):
@@ -231,11 +235,11 @@ def _lines_of_shares(shares: pd.DataFrame) -> Iterator[str]:
         return
     yield f"  {'share of variance':<42}{'torque':>8}{'slip':>8}  drawn from"
     for _, row in shown_shares.iterrows():
-        meaning = CAUSES[row["variance_cause"]].meaning
+        meaning = CAUSE_BY_NAME[row["variance_cause"]].meaning
         torque_share, slip_share = row["torque_share"], row["slip_share"]
         yield f"  {meaning:<42}{torque_share:>8.0%}{slip_share:>8.0%}  {range_text(row)}"
     for cause in shares.loc[largest_share.isna(), "variance_cause"]:
-        yield f"  {CAUSES[cause].meaning:<42}{'not known':>16}"
+        yield f"  {CAUSE_BY_NAME[cause].meaning:<42}{'not known':>16}"
     share_sums = shares[["torque_share", "slip_share"]].sum()
     if share_sums.max() > _SHARE_SUM_OF_JOINT_CAUSES:
         yield "  The shares add up to more than 100 %: causes act together, near a jump of the cage"
@@ -325,7 +329,7 @@ def bearing_torque(
     def is_answered(terms: pd.DataFrame) -> BoolArray:
         return np.asarray(terms["oil"].isin(answered_oil_names), dtype=bool)
 
-    all_answers = answers(oils_in_bearing, geometry, points, source.settings, is_answered)
+    all_answers = calculate_answers(oils_in_bearing, geometry, points, source.settings, is_answered)
     return BearingTorque(oil, all_answers, about)
 
 

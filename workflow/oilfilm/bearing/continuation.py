@@ -25,7 +25,7 @@ from oilfilm.bearing.solver import broyden_update
 ParametricEquations = Callable[[FloatArray, FloatArray, IndexArray], FloatArray]
 
 # Step of a finite difference, in the scaled unknowns and in the parameter.
-_DIFFERENCE = 1e-7
+_FINITE_DIFFERENCE = 1e-7
 # Lengths of steps along a curve, in the scaled unknowns.
 _FIRST_STEP = 0.05
 _SHORTEST_STEP = 1e-6
@@ -41,10 +41,10 @@ _SMALLEST_COSINE = 0.9
 # The next step is longer where that cosine is above this.
 _STRAIGHT_COSINE = 0.97
 # Factors on the length of the next step.
-_LONGER = 1.7
-_SHORTER = 0.4
-# Largest imaginary part of a real root, which has one by rounding.
-_ROUNDING = 1e-9
+_LENGTHENING_FACTOR = 1.7
+_SHORTENING_FACTOR = 0.4
+# A root of a polynomial counts as real if its imaginary part is below this, by rounding.
+_LARGEST_IMAGINARY_PART = 1e-9
 
 
 @dataclass(frozen=True)
@@ -54,7 +54,7 @@ class Crossings:
     Attributes:
         point_index: Index of the point of each crossing, in ascending order, shape (crossings,).
         unknowns: Unknowns interpolated on the curve, near a solution, (crossings, unknowns).
-        reached_last: True where the curve of a point reached the last value of the parameter,
+        reached_last_value: True where the curve of a point reached the last value of the parameter,
             shape (points,).
         turned_back: True where the curve of a point turned back to the first value of the
             parameter, shape (points,).
@@ -64,7 +64,7 @@ class Crossings:
 
     point_index: IndexArray
     unknowns: FloatArray
-    reached_last: BoolArray
+    reached_last_value: BoolArray
     turned_back: BoolArray
     end_unknowns: FloatArray
     end_parameter: FloatArray
@@ -151,32 +151,34 @@ def trace(
         point_index=np.arange(curve_count),
         state=end_state.copy(),
         slopes=slopes,
-        tangent=_tangent(slopes, rising_parameter),
+        tangent=_unit_tangent(slopes, rising_parameter),
         curvature=np.zeros_like(end_state),
         step_length=np.full(curve_count, _FIRST_STEP),
         was_refused=np.zeros(curve_count, dtype=bool),
     )
     point_indices_of_crossings = [np.arange(0)]
     crossing_states = [np.empty((0, unknown_count + 1))]
-    reached_last = np.zeros(curve_count, dtype=bool)
+    reached_last_value = np.zeros(curve_count, dtype=bool)
     turned_back = np.zeros(curve_count, dtype=bool)
     for _ in range(_MAX_STEPS):
         if len(curves.point_index) == 0:
             break
         old_state = curves.state.copy()
         old_tangent = curves.tangent.copy()
-        accepted = _advance(residuals, curves, kink_length, tolerance)
+        is_step_accepted = _advance(residuals, curves, kink_length, tolerance)
         length = np.linalg.norm(curves.state - old_state, axis=1)
-        crossing_curve_index, crossing_state = _crossings(
+        crossing_curve_index, crossing_state = _interpolated_crossings(
             old_state, curves.state, old_tangent, curves.tangent, length, wanted_value
         )
-        is_accepted = accepted[crossing_curve_index]
-        point_indices_of_crossings.append(curves.point_index[crossing_curve_index[is_accepted]])
-        crossing_states.append(crossing_state[is_accepted])
+        is_crossing_accepted = is_step_accepted[crossing_curve_index]
+        point_indices_of_crossings.append(
+            curves.point_index[crossing_curve_index[is_crossing_accepted]]
+        )
+        crossing_states.append(crossing_state[is_crossing_accepted])
         new_parameter = curves.state[:, -1]
-        reaches_last = accepted & (new_parameter >= last_value)
-        turns_back = accepted & (new_parameter < first_value)
-        reached_last[curves.point_index[reaches_last]] = True
+        reaches_last = is_step_accepted & (new_parameter >= last_value)
+        turns_back = is_step_accepted & (new_parameter < first_value)
+        reached_last_value[curves.point_index[reaches_last]] = True
         turned_back[curves.point_index[turns_back]] = True
         end_state[curves.point_index] = curves.state
         has_stalled = curves.step_length < _SHORTEST_STEP
@@ -187,7 +189,7 @@ def trace(
     return Crossings(
         point_index=point_index_of_crossing[sorted_order],
         unknowns=unknowns[sorted_order],
-        reached_last=reached_last,
+        reached_last_value=reached_last_value,
         turned_back=turned_back,
         end_unknowns=(end_state * state_scale)[:, :-1],
         end_parameter=end_state[:, -1],
@@ -211,16 +213,18 @@ def _advance(
         curves.slopes[refused_index] = _slopes(
             residuals, predicted_state[refused_index], curves.point_index[refused_index]
         )
-    corrected_state, correction_count = _corrected(residuals, curves, predicted_state, tolerance)
+    corrected_state, correction_count = _correct_states(
+        residuals, curves, predicted_state, tolerance
+    )
     reached_index = np.flatnonzero(correction_count <= _MAX_CORRECTIONS)
     slopes = _slopes(residuals, corrected_state[reached_index], curves.point_index[reached_index])
-    tangent = _tangent(slopes, curves.tangent[reached_index])
+    tangent = _unit_tangent(slopes, curves.tangent[reached_index])
     cosine = np.einsum("pi,pi->p", tangent, curves.tangent[reached_index])
     smallest_cosine = np.where(
         curves.step_length[reached_index] < kink_length, 0.0, _SMALLEST_COSINE
     )
-    turns_little = cosine > smallest_cosine
-    accepted_index = reached_index[turns_little]
+    is_turn_small = cosine > smallest_cosine
+    accepted_index = reached_index[is_turn_small]
     is_accepted = np.zeros(len(curves.point_index), dtype=bool)
     is_accepted[accepted_index] = True
     may_be_longer = np.zeros(len(curves.point_index), dtype=bool)
@@ -231,18 +235,20 @@ def _advance(
         :, np.newaxis
     ]
     curves.curvature[accepted_index] = (
-        tangent[turns_little] - curves.tangent[accepted_index]
+        tangent[is_turn_small] - curves.tangent[accepted_index]
     ) / length
     curves.state[accepted_index] = corrected_state[accepted_index]
-    curves.slopes[accepted_index] = slopes[turns_little]
-    curves.tangent[accepted_index] = tangent[turns_little]
+    curves.slopes[accepted_index] = slopes[is_turn_small]
+    curves.tangent[accepted_index] = tangent[is_turn_small]
     curves.was_refused[:] = ~is_accepted
-    length_factor = np.where(is_accepted, np.where(may_be_longer, _LONGER, 1.0), _SHORTER)
+    length_factor = np.where(
+        is_accepted, np.where(may_be_longer, _LENGTHENING_FACTOR, 1.0), _SHORTENING_FACTOR
+    )
     curves.step_length[:] = np.minimum(curves.step_length * length_factor, _LONGEST_STEP)
     return is_accepted
 
 
-def _corrected(
+def _correct_states(
     residuals: Callable[[FloatArray, IndexArray], FloatArray],
     curves: _Curves,
     predicted_state: FloatArray,
@@ -256,14 +262,14 @@ def _corrected(
     """
     state = predicted_state.copy()
     correction_count = np.full(len(state), _MAX_CORRECTIONS + 1)
-    inverse_slopes = np.linalg.inv(_bordered(curves.slopes, curves.tangent))
+    inverse_slopes = np.linalg.inv(_bordered_matrix(curves.slopes, curves.tangent))
     unfinished_index = np.arange(len(state))
-    residual = _with_zero(residuals(state, curves.point_index))
+    residual = _append_zero(residuals(state, curves.point_index))
     for correction_index in range(_MAX_CORRECTIONS + 1):
         largest_residual = np.abs(residual).max(axis=1)
-        has_reached = largest_residual <= tolerance
-        correction_count[unfinished_index[has_reached]] = correction_index
-        is_unfinished = ~has_reached & np.isfinite(largest_residual)
+        has_converged = largest_residual <= tolerance
+        correction_count[unfinished_index[has_converged]] = correction_index
+        is_unfinished = ~has_converged & np.isfinite(largest_residual)
         unfinished_index = unfinished_index[is_unfinished]
         residual = residual[is_unfinished]
         inverse_slopes = inverse_slopes[is_unfinished]
@@ -274,7 +280,7 @@ def _corrected(
         length = np.linalg.norm(correction, axis=1)
         correction *= (_LONGEST_STEP / np.maximum(length, _LONGEST_STEP))[:, np.newaxis]
         state[unfinished_index] += correction
-        new_residual = _with_zero(
+        new_residual = _append_zero(
             residuals(state[unfinished_index], curves.point_index[unfinished_index])
         )
         inverse_slopes = broyden_update(inverse_slopes, correction, new_residual - residual)
@@ -282,21 +288,21 @@ def _corrected(
     return state, correction_count
 
 
-def _with_zero(residual: FloatArray) -> FloatArray:
+def _append_zero(residual: FloatArray) -> FloatArray:
     """Residuals and a zero for the plane normal to the tangent, in which corrections remain."""
     return np.concatenate([residual, np.zeros((*residual.shape[:-1], 1))], axis=-1)
 
 
-def _bordered(slopes: FloatArray, tangent: FloatArray) -> FloatArray:
+def _bordered_matrix(slopes: FloatArray, tangent: FloatArray) -> FloatArray:
     """Square matrices: derivatives of the residuals, and of the distance along the tangent."""
     return np.concatenate([slopes, tangent[:, np.newaxis]], axis=1)
 
 
-def _tangent(slopes: FloatArray, direction: FloatArray) -> FloatArray:
+def _unit_tangent(slopes: FloatArray, direction: FloatArray) -> FloatArray:
     """Unit vectors along which the residuals are constant, on the side of `direction`."""
     right_side = np.zeros(direction.shape)
     right_side[:, -1] = 1.0
-    matrix = _bordered(slopes, direction)
+    matrix = _bordered_matrix(slopes, direction)
     tangent = np.linalg.solve(matrix, right_side[..., np.newaxis])[..., 0]
     return np.asarray(tangent / np.linalg.norm(tangent, axis=1, keepdims=True))
 
@@ -310,13 +316,14 @@ def _slopes(
     coordinate_count = state.shape[1]
     # the first row moves nothing, each other row moves one coordinate
     moved_states = (
-        state + np.eye(coordinate_count + 1, coordinate_count, k=-1)[:, np.newaxis] * _DIFFERENCE
+        state
+        + np.eye(coordinate_count + 1, coordinate_count, k=-1)[:, np.newaxis] * _FINITE_DIFFERENCE
     )
     residuals_of_moved = residuals(moved_states, point_index)
-    return np.moveaxis((residuals_of_moved[1:] - residuals_of_moved[0]) / _DIFFERENCE, 0, -1)
+    return np.moveaxis((residuals_of_moved[1:] - residuals_of_moved[0]) / _FINITE_DIFFERENCE, 0, -1)
 
 
-def _crossings(
+def _interpolated_crossings(
     old_state: FloatArray,
     new_state: FloatArray,
     old_tangent: FloatArray,
@@ -336,13 +343,13 @@ def _crossings(
     cubic_coefficient = old_derivative + new_derivative - 2 * state_change
     square_coefficient = 3 * state_change - 2 * old_derivative - new_derivative
     coefficients = np.stack([cubic_coefficient, square_coefficient, old_derivative, old_state])
-    # of the parameter's distance from the wanted value
+    # coefficients of the parameter less the wanted value
     distance_coefficients = coefficients[..., -1].copy()
     distance_coefficients[3] -= wanted_value
     # a cubic is within the hull of its Bezier points: it has a root only if they enclose 0
     old_distance = distance_coefficients[3]
     new_distance = distance_coefficients.sum(axis=0)
-    bezier = np.stack(
+    bezier_ordinates = np.stack(
         [
             old_distance,
             old_distance + distance_coefficients[2] / 3,
@@ -350,12 +357,12 @@ def _crossings(
             new_distance,
         ]
     )
-    may_cross = (bezier.min(axis=0) <= 0) & (bezier.max(axis=0) >= 0)
+    may_cross = (bezier_ordinates.min(axis=0) <= 0) & (bezier_ordinates.max(axis=0) >= 0)
     curve_index_list = []
     step_shares = []
     for curve_index in np.flatnonzero(may_cross):
         roots = np.roots(distance_coefficients[:, curve_index])
-        real_roots = np.sort(roots[np.abs(roots.imag) < _ROUNDING].real)
+        real_roots = np.sort(roots[np.abs(roots.imag) < _LARGEST_IMAGINARY_PART].real)
         for root in real_roots[(real_roots > 0) & (real_roots <= 1)]:
             curve_index_list.append(curve_index)
             step_shares.append(root)

@@ -50,7 +50,7 @@ class QuadratureRule:
     node_counts: tuple[int, int]
 
     @cached_property
-    def moments(self) -> FloatArray:
+    def moment_weights(self) -> FloatArray:
         """1, `along` and `across` of each node, as weights of sums of forces: (nodes, 3)."""
         return np.column_stack([np.ones_like(self.along), self.along, self.across])
 
@@ -97,27 +97,27 @@ class Sliding:
 
     Attributes:
         race_speed_rad_s: Speed of the race about the bearing's axis, relative to the ball's orbit.
-        axis_spin_rad_s: Spin of the ball about t x n, the axis about which it rolls on the race.
+        roll_rad_s: Spin of the ball about t x n, the axis about which it rolls on the race.
         relative_spin_rad_s: Spin of the ball about the normal, relative to the race.
         relative_roll_rad_s: Spin of the ball about t x n, relative to the race.
-        across_m_s: Sliding speed across the rolling direction at each node.
-        along_m_s: Sliding speed along t at each node.
+        sliding_across_m_s: Sliding speed across the rolling direction at each node.
+        sliding_along_m_s: Sliding speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the middle of the contact.
         middle_slide_roll_ratio: Sliding speed along t over the mean surface speed, in the middle of
             the contact. It is positive where the race is faster than the ball.
-        middle_height_m: Distance from the ball's centre to the middle of the contact, along the
-            normal.
-        height_m: Distance from the ball's centre to each node, along the normal.
+        middle_height_m: Distance z(0) from the ball's centre to the middle of the contact, along
+            the normal.
+        height_m: Distance z from the ball's centre to each node, along the normal.
         semi_axes_m: Semi-axes along t and across the rolling direction, limited to the ball's
             radius.
     """
 
     race_speed_rad_s: FloatArray
-    axis_spin_rad_s: FloatArray
+    roll_rad_s: FloatArray
     relative_spin_rad_s: FloatArray
     relative_roll_rad_s: FloatArray
-    across_m_s: FloatArray
-    along_m_s: FloatArray
+    sliding_across_m_s: FloatArray
+    sliding_along_m_s: FloatArray
     entrainment_speed_m_s: FloatArray
     middle_slide_roll_ratio: FloatArray
     middle_height_m: FloatArray
@@ -125,8 +125,10 @@ class Sliding:
     semi_axes_m: tuple[FloatArray, FloatArray]
 
 
-def smoothly_limited_below(speed_m_s: FloatArray, smallest_m_s: FloatArray | float) -> FloatArray:
-    """A speed U of 0 or more, limited smoothly to at least half of the smallest speed U_0.
+def smoothly_limited_speed_m_s(
+    speed_m_s: FloatArray, smallest_m_s: FloatArray | float
+) -> FloatArray:
+    """A speed U of 0 or more, raised smoothly to at least U_0/2.
 
         U_0/2 (1 + (U/U_0)^2)   where U < U_0,   else U
 
@@ -137,7 +139,7 @@ def smoothly_limited_below(speed_m_s: FloatArray, smallest_m_s: FloatArray | flo
     return np.asarray(np.where(is_slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
 
 
-def sliding(
+def sliding_in_ellipses(
     bearing: Bearing,
     contacts: Contacts,
     motion: Motion,
@@ -163,7 +165,7 @@ def sliding(
         motion: Motion of the balls.
         ring_speed_rad_s: Speeds of inner and outer ring, shape (..., 2).
         rule: Quadrature nodes of the ellipse.
-        smallest_speed_m_s: Smallest entrainment speed of `smoothly_limited_below`, shape
+        smallest_speed_m_s: Smallest entrainment speed of `smoothly_limited_speed_m_s`, shape
             (points, 1).
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
@@ -172,11 +174,11 @@ def sliding(
     w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
     w_t = motion.spin_rad_s[..., 2]
     race_speed_rad_s = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
-    axis_spin_rad_s = w_r * n_x - w_x * n_r
+    roll_rad_s = w_r * n_x - w_x * n_r
     relative_spin_rad_s = w_x * n_x + w_r * n_r - race_speed_rad_s * n_x
-    relative_roll_rad_s = race_speed_rad_s * n_r + axis_spin_rad_s
+    relative_roll_rad_s = race_speed_rad_s * n_r + roll_rad_s
     ball_radius_m = bearing.ball_diameter_m / 2
-    curvature_radius_m = bearing.deformed_radius_m
+    curvature_radius_m = bearing.deformed_surface_radius_m
     # no contact is wider than the ball, but a search may try such a state
     semi_axis_y_m = np.minimum(contacts.semi_axis_y_m, ball_radius_m)
     semi_axis_x_m = contacts.semi_axis_x_m
@@ -192,23 +194,25 @@ def sliding(
     )
     height_m += (middle_height_m - curvature_radius_m)[..., np.newaxis]
     orbital_speed_m_s = race_speed_rad_s * contacts.orbit_radius_m[..., np.newaxis]
-    across_m_s = (relative_spin_rad_s * semi_axis_x_m)[..., np.newaxis] * rule.along
-    across_m_s -= w_t[..., np.newaxis, np.newaxis] * height_m
-    along_m_s = relative_roll_rad_s[..., np.newaxis] * height_m
-    along_m_s -= (relative_spin_rad_s * semi_axis_y_m)[..., np.newaxis] * rule.across
-    along_m_s += orbital_speed_m_s[..., np.newaxis]
+    sliding_across_m_s = (relative_spin_rad_s * semi_axis_x_m)[..., np.newaxis] * rule.along
+    sliding_across_m_s -= w_t[..., np.newaxis, np.newaxis] * height_m
+    sliding_along_m_s = relative_roll_rad_s[..., np.newaxis] * height_m
+    sliding_along_m_s -= (relative_spin_rad_s * semi_axis_y_m)[..., np.newaxis] * rule.across
+    sliding_along_m_s += orbital_speed_m_s[..., np.newaxis]
     race_surface_m_s = orbital_speed_m_s + race_speed_rad_s * n_r * middle_height_m
-    ball_surface_m_s = -axis_spin_rad_s * middle_height_m
+    ball_surface_m_s = -roll_rad_s * middle_height_m
     mean_speed_m_s = (race_surface_m_s + ball_surface_m_s) / 2
     speed_difference_m_s = race_surface_m_s - ball_surface_m_s
     return Sliding(
         race_speed_rad_s=race_speed_rad_s,
-        axis_spin_rad_s=axis_spin_rad_s,
+        roll_rad_s=roll_rad_s,
         relative_spin_rad_s=relative_spin_rad_s,
         relative_roll_rad_s=relative_roll_rad_s,
-        across_m_s=across_m_s,
-        along_m_s=along_m_s,
-        entrainment_speed_m_s=smoothly_limited_below(np.abs(mean_speed_m_s), smallest_speed_m_s),
+        sliding_across_m_s=sliding_across_m_s,
+        sliding_along_m_s=sliding_along_m_s,
+        entrainment_speed_m_s=smoothly_limited_speed_m_s(
+            np.abs(mean_speed_m_s), smallest_speed_m_s
+        ),
         middle_slide_roll_ratio=np.divide(
             speed_difference_m_s,
             mean_speed_m_s,
@@ -226,22 +230,22 @@ class Traction:
     """Forces, moments and heat of traction; shapes (..., 2 contacts) unless stated otherwise.
 
     Attributes:
-        across_n: Force on the ball along t x n.
-        along_n: Force on the ball along t.
-        about_normal_n_m: Moment on the ball about its axis parallel to n.
-        about_across_n_m: Moment on the ball about its axis parallel to t x n.
-        about_tangent_n_m: Moment on the ball about its axis parallel to t.
+        force_across_n: Force on the ball along t x n.
+        force_along_n: Force on the ball along t.
+        moment_about_normal_n_m: Moment on the ball about its axis parallel to n.
+        moment_about_across_n_m: Moment on the ball about its axis parallel to t x n.
+        moment_about_tangent_n_m: Moment on the ball about its axis parallel to t.
         race_moment_n_m: Moment on the race about the bearing's axis.
         heat_w: Force times sliding speed, summed over the ellipse.
         slide_roll_ratio: Local slide-roll ratio, shape (..., 2 contacts, nodes).
         coefficient: Local traction coefficient mu, of the same shape.
     """
 
-    across_n: FloatArray
-    along_n: FloatArray
-    about_normal_n_m: FloatArray
-    about_across_n_m: FloatArray
-    about_tangent_n_m: FloatArray
+    force_across_n: FloatArray
+    force_along_n: FloatArray
+    moment_about_normal_n_m: FloatArray
+    moment_about_across_n_m: FloatArray
+    moment_about_tangent_n_m: FloatArray
     race_moment_n_m: FloatArray
     heat_w: FloatArray
     slide_roll_ratio: FloatArray
@@ -277,7 +281,7 @@ def contact_conditions(
     )
 
 
-def traction(
+def traction_in_ellipses(
     contacts: Contacts,
     sliding_state: Sliding,
     conditions: Conditions,
@@ -299,7 +303,9 @@ def traction(
         rule: Quadrature nodes of the ellipse.
         traction_factor: Factor on all traction, one number or shape (points,).
     """
-    sliding_speed_m_s = np.sqrt(sliding_state.across_m_s**2 + sliding_state.along_m_s**2)
+    sliding_speed_m_s = np.sqrt(
+        sliding_state.sliding_across_m_s**2 + sliding_state.sliding_along_m_s**2
+    )
     entrainment_speed_m_s = np.maximum(sliding_state.entrainment_speed_m_s, np.finfo(float).tiny)
     local_slide_roll_ratio = sliding_speed_m_s / entrainment_speed_m_s[..., np.newaxis]
     mu = law(conditions, local_slide_roll_ratio)
@@ -312,11 +318,11 @@ def traction(
     # no division by 0 where nothing slides
     force_over_speed /= np.maximum(sliding_speed_m_s, 1e-300, out=sliding_speed_m_s)
     force_over_speed *= contacts.load_n[..., np.newaxis]
-    node_across = force_over_speed * sliding_state.across_m_s
-    node_along = force_over_speed * sliding_state.along_m_s
+    node_across = force_over_speed * sliding_state.sliding_across_m_s
+    node_along = force_over_speed * sliding_state.sliding_along_m_s
     # last axis: sum of the forces, of forces times x, of forces times y (x, y in semi-axes)
-    across_sums = np.tensordot(node_across, rule.moments, 1)
-    along_sums = np.tensordot(node_along, rule.moments, 1)
+    across_sums = np.tensordot(node_across, rule.moment_weights, 1)
+    along_sums = np.tensordot(node_along, rule.moment_weights, 1)
     semi_axis_x, semi_axis_y = sliding_state.semi_axes_m
     across = across_sums[..., 0]
     across_x = across_sums[..., 1] * semi_axis_x
@@ -328,11 +334,11 @@ def traction(
     # moment about the bearing's axis: distance of each node from that axis, times the force along t
     along_moment = along * contacts.orbit_radius_m[..., np.newaxis] + n_r * along_z + n_x * along_y
     return Traction(
-        across_n=across,
-        along_n=along,
-        about_normal_n_m=along_y - across_x,
-        about_across_n_m=-along_z,
-        about_tangent_n_m=across_z,
+        force_across_n=across,
+        force_along_n=along,
+        moment_about_normal_n_m=along_y - across_x,
+        moment_about_across_n_m=-along_z,
+        moment_about_tangent_n_m=across_z,
         race_moment_n_m=n_x * across_x - along_moment,
         heat_w=contacts.load_n * heat_over_load,
         slide_roll_ratio=local_slide_roll_ratio,

@@ -24,10 +24,10 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.continuation import Crossings, trace
 from oilfilm.bearing.ellipse import QuadratureRule, TractionLaw, gauss_rule, law_at_points
 from oilfilm.bearing.friction import (
-    COARSE_QUADRATURE,
+    COARSE_NODE_COUNTS,
     FULL_BANDS,
     NO_BANDS,
-    QUADRATURE,
+    NODE_COUNTS,
     FrictionEquilibrium,
     FrictionProblem,
 )
@@ -43,7 +43,7 @@ from oilfilm.bearing.solver import (
 from oilfilm.physics.contact import Conditions
 
 # Shares of the resistances at which a certified start is searched.
-_START_SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)
+_START_RESISTANCE_SHARES = (1.0, 0.54, 0.25, 0.11, 0.04)
 # Values of the curve's parameter u = s/(1 + s).
 # The bearing, s = 1.
 _BEARING_PARAMETER = 0.5
@@ -60,17 +60,17 @@ _HIGHEST_PARAMETER = 0.99
 _NEWTON_ITERATIONS = 15
 _MAX_ITERATIONS = 100
 # A rolling start is certified where its slip is below this share of the slip at the law's peak.
-_SHARE_OF_PEAK = 0.9
+_CERTIFIED_SHARE_OF_PEAK_SLIP = 0.9
 # Slide-roll ratios at which the law is evaluated to find its peak.
 _PEAK_SLIPS = np.geomspace(1e-4, 2.0, 64)
-# The peak is where the law rises by less than this from one such ratio to the next, relatively.
-_FLAT_RISE = 1e-3
+# The peak is where mu rises by less than this share from one such ratio to the next.
+_SMALLEST_RISE_BEFORE_PEAK = 1e-3
 # Slips of softened laws, where Newton's method does not find a rolling cage.
 _SOFTENING_SLIPS = (*np.geomspace(0.3, 1e-5, 10), 0.0)
 # Steps shorter than this may turn at a kink, which the law has at its lowest levels.
 _KINK_LENGTH = 1e-3
-# Attempts to follow a curve, until one does not stall. Each has the slip up to which the law is
-# softened, and `kink_length` of `trace`.
+# Attempts to follow a curve, until one does not stall: (slip up to which the law is softened,
+# `kink_length` of `trace`).
 _ATTEMPTS = ((0.0, 0.0), (0.0, _KINK_LENGTH), (0.003, _KINK_LENGTH), (0.01, _KINK_LENGTH))
 # Largest residual on a curve along which bands shrink: the forces are steep beside a jump.
 _BAND_TOLERANCE = 1e-9
@@ -84,11 +84,11 @@ _STALL_STEP = 0.2
 _NARROWEST_BAND = 1e-3
 # A motion without band is the same as one with the narrowest band if their cage speeds, over their
 # scale, differ by less than this.
-_SAME_MOTION = 0.01
+_LARGEST_SAME_MOTION_CHANGE = 0.01
 # Cage speeds of two different equilibria, over their scale, differ by at least this.
-_DISTINCT_SPEEDS = 1e-6
+_SMALLEST_SPEED_DIFFERENCE = 1e-6
 # Index of the speed of cage and balls among the unknowns.
-_CAGE_INDEX = 5
+_CAGE_SPEED_INDEX = 5
 
 
 @dataclass(frozen=True)
@@ -111,8 +111,8 @@ class Equilibria:
 
 
 @dataclass(frozen=True)
-class Neighbour:
-    """A known equilibrium of each point, near which that of a similar problem is searched.
+class NearbyEquilibria:
+    """An equilibrium of each point, near which that of a similar problem is searched.
 
     Attributes:
         unknowns: Unknowns of the equilibria, shape (points, 7).
@@ -123,13 +123,13 @@ class Neighbour:
     inverse_jacobian: FloatArray
 
     @classmethod
-    def from_unknowns(cls, problem: FrictionProblem, unknowns: FloatArray) -> "Neighbour":
+    def from_unknowns(cls, problem: FrictionProblem, unknowns: FloatArray) -> "NearbyEquilibria":
         """Equilibria of a problem, by their unknowns."""
         return cls(unknowns, inverse_jacobian(problem.residuals, unknowns, problem.scale()))
 
-    def at_points(self, point_index: IndexArray) -> "Neighbour":
+    def at_points(self, point_index: IndexArray) -> "NearbyEquilibria":
         """The equilibria of some of the points."""
-        return Neighbour(self.unknowns[point_index], self.inverse_jacobian[point_index])
+        return NearbyEquilibria(self.unknowns[point_index], self.inverse_jacobian[point_index])
 
 
 @dataclass(frozen=True)
@@ -155,29 +155,32 @@ class SoftenedLaw:
 
 
 def friction_equilibrium(
-    problem: FrictionProblem, neighbour: Neighbour | None = None
+    problem: FrictionProblem, nearby_equilibria: NearbyEquilibria | None = None
 ) -> FrictionEquilibrium:
     """Steady motion of balls, cage and inner ring under all forces, with the fastest cage.
 
     Args:
-        problem: Bearing, loads, speeds, oil and law; the bands of an earlier search do not count.
-        neighbour: Equilibria with other constants. An equilibrium near them is returned, on the
-            same branch. Points without one are searched as without neighbours.
+        problem: Bearing, loads, speeds, oil and law; bands of an earlier search are ignored.
+        nearby_equilibria: Equilibria with other constants. An equilibrium near
+            them is returned, on the same branch. Other points are searched from the rolling cage.
 
     Returns:
         The motion. It is not converged where a contact would be as wide as the ball.
     """
     problem = replace(problem, bands=NO_BANDS)
-    if neighbour is None:
-        return _equilibria(problem, all_motions=False).fastest
+    if nearby_equilibria is None:
+        return _equilibria(problem, wants_all_motions=False).fastest
     solution = solve_near(
-        problem.residuals, neighbour.unknowns, problem.scale(), neighbour.inverse_jacobian
+        problem.residuals,
+        nearby_equilibria.unknowns,
+        problem.scale(),
+        nearby_equilibria.inverse_jacobian,
     )
     bands = np.zeros((len(solution.unknowns), len(NO_BANDS[0])))
     unsolved_index = np.flatnonzero(~solution.converged)
     if len(unsolved_index):
         searched_equilibrium = _equilibria(
-            problem.at_points(unsolved_index), all_motions=False
+            problem.at_points(unsolved_index), wants_all_motions=False
         ).fastest
         solution.replace_points(unsolved_index, searched_equilibrium.solution)
         bands[unsolved_index] = searched_equilibrium.problem.bands
@@ -188,14 +191,14 @@ def equilibria(problem: FrictionProblem) -> Equilibria:
     """All steady motions on the curve that starts at the rolling cage.
 
     Args:
-        problem: As of `friction_equilibrium`.
+        problem: As for `friction_equilibrium`.
     """
-    return _equilibria(replace(problem, bands=NO_BANDS), all_motions=True)
+    return _equilibria(replace(problem, bands=NO_BANDS), wants_all_motions=True)
 
 
 @dataclass(frozen=True)
 class _Motions:
-    """Motions of points, any number per point.
+    """Steady motions (equilibria), any number per operating point.
 
     Attributes:
         point_index: Index of each motion's point, shape (motions,).
@@ -227,18 +230,18 @@ class _Motions:
         )
 
 
-def _equilibria(problem: FrictionProblem, all_motions: bool) -> Equilibria:
-    """All steady motions, or without `all_motions` only the fastest cage where it is certified."""
+def _equilibria(problem: FrictionProblem, wants_all_motions: bool) -> Equilibria:
+    """Steady motions: all of them, or only the fastest cage where it is certified to roll."""
     # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
     rule = (
-        gauss_rule(*COARSE_QUADRATURE) if problem.rule.node_counts == QUADRATURE else problem.rule
+        gauss_rule(*COARSE_NODE_COUNTS) if problem.rule.node_counts == NODE_COUNTS else problem.rule
     )
-    motions, has_stalled = _searched_motions(problem, rule, all_motions)
+    motions, has_stalled = _search_motions(problem, rule, wants_all_motions)
     # a crossing with the coarse nodes may have no counterpart with all nodes
     points_without_motion = np.setdiff1d(np.arange(len(has_stalled)), motions.point_index)
     if len(points_without_motion) and problem.rule is not rule:
-        added_motions, has_stalled[points_without_motion] = _searched_motions(
-            problem.at_points(points_without_motion), problem.rule, all_motions
+        added_motions, has_stalled[points_without_motion] = _search_motions(
+            problem.at_points(points_without_motion), problem.rule, wants_all_motions
         )
         motions = motions.joined(
             replace(added_motions, point_index=points_without_motion[added_motions.point_index])
@@ -246,16 +249,18 @@ def _equilibria(problem: FrictionProblem, all_motions: bool) -> Equilibria:
     return _fastest_and_slowest(problem, motions, ~has_stalled)
 
 
-def _searched_motions(
-    problem: FrictionProblem, rule: QuadratureRule, all_motions: bool
+def _search_motions(
+    problem: FrictionProblem, rule: QuadratureRule, wants_all_motions: bool
 ) -> tuple[_Motions, BoolArray]:
     """Steady motions by a search with other nodes, and whether each point's curve stalled."""
     coarse_problem = replace(problem, rule=rule, bands=FULL_BANDS)
-    start, resistance_share = _starts_of_curves(coarse_problem)
+    start, resistance_share = _find_curve_starts(coarse_problem)
     is_rolling = resistance_share == 1
-    followed_index = np.flatnonzero(np.isfinite(resistance_share) & (all_motions | ~is_rolling))
-    last_parameter = _LAST_PARAMETER if all_motions else _LAST_PARAMETER_FOR_FASTEST
-    followed_motions, has_ended = _followed_curves(
+    followed_index = np.flatnonzero(
+        np.isfinite(resistance_share) & (wants_all_motions | ~is_rolling)
+    )
+    last_parameter = _LAST_PARAMETER if wants_all_motions else _LAST_PARAMETER_FOR_FASTEST
+    followed_motions, has_ended = _follow_curves(
         coarse_problem.at_points(followed_index),
         start[followed_index],
         resistance_share[followed_index],
@@ -267,10 +272,10 @@ def _searched_motions(
     followed_motions = replace(
         followed_motions, point_index=followed_index[followed_motions.point_index]
     )
-    return _with_narrow_bands(problem, rolling_motions.joined(followed_motions)), has_stalled
+    return _narrow_bands(problem, rolling_motions.joined(followed_motions)), has_stalled
 
 
-def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
+def _find_curve_starts(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
     """A state on each point's curve, before its first fold.
 
     Returns:
@@ -281,7 +286,7 @@ def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]
     scale = problem.scale()
     unknowns = rolling_unknowns.copy()
     resistance_share = np.full(len(rolling_unknowns), np.nan)
-    for tried_resistance_share in (*_START_SHARES, 0.0):
+    for tried_resistance_share in (*_START_RESISTANCE_SHARES, 0.0):
         unstarted_index = np.flatnonzero(np.isnan(resistance_share))
         if len(unstarted_index) == 0:
             break
@@ -296,12 +301,14 @@ def _starts_of_curves(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]
         has_start = solution.converged.copy()
         if tried_resistance_share and has_start.any():
             converged_problem = remaining_problem.at_points(np.flatnonzero(has_start))
-            has_start[has_start] = _is_certified(converged_problem, solution.unknowns[has_start])
+            has_start[has_start] = _is_certified_to_roll(
+                converged_problem, solution.unknowns[has_start]
+            )
         unknowns[unstarted_index[has_start]] = solution.unknowns[has_start]
         resistance_share[unstarted_index[has_start]] = tried_resistance_share
     unstarted_index = np.flatnonzero(np.isnan(resistance_share))
     if len(unstarted_index):
-        solution = _motions_of_hardened_law(
+        solution = _harden_law(
             problem.at_points(unstarted_index), rolling_unknowns[unstarted_index], _SOFTENING_SLIPS
         )
         is_solved = solution.converged
@@ -315,13 +322,16 @@ def _equations_with_share(problem: FrictionProblem, resistance_share: float) -> 
     return lambda unknowns, point_index: problem.residuals(unknowns, point_index, resistance_share)
 
 
-def _motions_of_hardened_law(
+def _harden_law(
     problem: FrictionProblem,
     start: FloatArray,
     softening_slips: tuple[float, ...],
     resistance_share: float = 0.0,
 ) -> Solution:
-    """Motions with softened laws, one slip after the other; each starts from the motion before."""
+    """Motions with softened laws, one softening slip after the other, from soft to hard.
+
+    Each search starts from the motion before.
+    """
     scale = problem.scale()
     unknowns = start
     for softening_slip in softening_slips:
@@ -336,24 +346,24 @@ def _motions_of_hardened_law(
     return solution
 
 
-def _is_certified(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
+def _is_certified_to_roll(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than at the law's peak."""
     balance = problem.balance(unknowns)
     # a law of certain nodes is evaluated at all of them, any other at one
-    law_needs_its_nodes = problem.rule.node_counts not in (COARSE_QUADRATURE, QUADRATURE)
+    law_needs_its_nodes = problem.rule.node_counts not in (COARSE_NODE_COUNTS, NODE_COUNTS)
     weight = problem.rule.load_share if law_needs_its_nodes else np.ones(1)
     shape_of_contacts = balance.conditions.load_n.shape[:-1]
     shape_of_slips = (len(_PEAK_SLIPS), *shape_of_contacts, len(weight))
     slips = np.broadcast_to(_PEAK_SLIPS[:, np.newaxis, np.newaxis, np.newaxis], shape_of_slips)
     mu_at_nodes = problem.law(balance.conditions, slips)[:, :, 0]
     mu = (mu_at_nodes @ weight / weight.sum()).T
-    is_flat = mu[:, 1:] <= mu[:, :-1] * (1 + _FLAT_RISE)
+    is_flat = mu[:, 1:] <= mu[:, :-1] * (1 + _SMALLEST_RISE_BEFORE_PEAK)
     peak_slip = np.where(is_flat.any(axis=1), _PEAK_SLIPS[is_flat.argmax(axis=1)], np.inf)
     inner_slip = np.abs(balance.sliding.middle_slide_roll_ratio[:, 0])
-    return np.asarray(inner_slip < _SHARE_OF_PEAK * peak_slip)
+    return np.asarray(inner_slip < _CERTIFIED_SHARE_OF_PEAK_SLIP * peak_slip)
 
 
-def _followed_curves(
+def _follow_curves(
     problem: FrictionProblem, start: FloatArray, resistance_share: FloatArray, last_parameter: float
 ) -> tuple[_Motions, BoolArray]:
     """Motions of the bearing on the curves of all points, and which curves reach their end.
@@ -372,7 +382,7 @@ def _followed_curves(
             break
         remaining_problem = problem.at_points(remaining_index)
         if softening_slip:
-            crossings, motions_at_crossings = _followed_softened(
+            crossings, motions_at_crossings = _follow_softened_curves(
                 remaining_problem,
                 start[remaining_index],
                 last_parameter,
@@ -380,7 +390,7 @@ def _followed_curves(
                 kink_length,
             )
         else:
-            crossings = _traced_crossings(
+            crossings = _trace_crossings(
                 remaining_problem,
                 start[remaining_index],
                 resistance_share[remaining_index],
@@ -390,7 +400,7 @@ def _followed_curves(
             motions_at_crossings = _Motions.with_full_bands(
                 crossings.point_index, crossings.unknowns
             )
-        has_ended[remaining_index] = crossings.reached_last
+        has_ended[remaining_index] = crossings.reached_last_value
         motions_at_crossings = replace(
             motions_at_crossings, point_index=remaining_index[motions_at_crossings.point_index]
         )
@@ -400,7 +410,7 @@ def _followed_curves(
     return motions, has_ended
 
 
-def _followed_softened(
+def _follow_softened_curves(
     problem: FrictionProblem,
     start: FloatArray,
     last_parameter: float,
@@ -414,22 +424,18 @@ def _followed_softened(
     """
     softer_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip > softening_slip)
     harder_slips = tuple(slip for slip in _SOFTENING_SLIPS if slip < softening_slip)
-    softened_start = _motions_of_hardened_law(
-        problem, start, (*softer_slips, softening_slip)
-    ).unknowns
+    softened_start = _harden_law(problem, start, (*softer_slips, softening_slip)).unknowns
     softened_problem = replace(problem, law=SoftenedLaw(problem.law, softening_slip))
-    crossings = _traced_crossings(
+    crossings = _trace_crossings(
         softened_problem, softened_start, np.zeros(len(start)), last_parameter, kink_length
     )
     crossing_problem = problem.at_points(crossings.point_index)
-    solution = _motions_of_hardened_law(
-        crossing_problem, crossings.unknowns, harder_slips, resistance_share=1.0
-    )
+    solution = _harden_law(crossing_problem, crossings.unknowns, harder_slips, resistance_share=1.0)
     motions = _Motions.with_full_bands(crossings.point_index, solution.unknowns)
     return crossings, motions.select(solution.converged)
 
 
-def _traced_crossings(
+def _trace_crossings(
     problem: FrictionProblem,
     start: FloatArray,
     resistance_share: FloatArray,
@@ -458,7 +464,7 @@ def _traced_crossings(
     )
 
 
-def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
+def _narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions with the problem's nodes, near others, with bands as narrow as possible.
 
     Most motions are outside the bands, so that they are exact at once. The bands of the others are
@@ -467,7 +473,7 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     partner. Where rolling resistance jumps at the motion itself, the motion is between the two
     sides of the jump (a solution in the sense of Filippov), and the narrowest band is kept.
     """
-    banded_motions, is_solved = _solved_near(problem, motions)
+    banded_motions, is_solved = _solve_near_motions(problem, motions)
     banded_motions = banded_motions.select(is_solved)
     motion_index = np.arange(len(banded_motions.point_index))
     residuals = problem.at_points(banded_motions.point_index).residuals(
@@ -476,20 +482,22 @@ def _with_narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
     banded_motions.bands[is_exact] = NO_BANDS
     within_bands = banded_motions.select(~is_exact)
-    unbanded_motions, is_released = _released_by_steps(problem, within_bands)
-    exact_motions = banded_motions.select(is_exact).joined(unbanded_motions.select(is_released))
-    within_bands = within_bands.select(~is_released)
+    unbanded_motions, has_lost_bands = _remove_bands_by_steps(problem, within_bands)
+    exact_motions = banded_motions.select(is_exact).joined(unbanded_motions.select(has_lost_bands))
+    within_bands = within_bands.select(~has_lost_bands)
     if len(within_bands.point_index) == 0:
         return exact_motions
-    narrowed_motions = _narrowed(problem, within_bands)
+    narrowed_motions = _shrink_bands(problem, within_bands)
     # each point keeps at least one motion
     kept_points = np.concatenate([exact_motions.point_index, narrowed_motions.point_index])
     is_last_of_point = ~np.isin(within_bands.point_index, kept_points)
     return exact_motions.joined(narrowed_motions).joined(within_bands.select(is_last_of_point))
 
 
-def _released_by_steps(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
-    """Motions after their bands were reduced to 0 step by step, and whether each one was followed.
+def _remove_bands_by_steps(
+    problem: FrictionProblem, motions: _Motions
+) -> tuple[_Motions, BoolArray]:
+    """Motions with bands that are reduced to 0 step by step, and whether each one was followed.
 
     A motion is followed while it is found near that of the step before. Where a curve turns or
     stalls at a kink depends on rounding; whether a motion is found near another one hardly does.
@@ -503,24 +511,26 @@ def _released_by_steps(problem: FrictionProblem, motions: _Motions) -> tuple[_Mo
         point_index = motions.point_index[followed_index]
         bands = np.repeat(band_share * FULL_BANDS, len(point_index), axis=0)
         old_unknowns = unknowns[followed_index]
-        new_motions, is_solved = _solved_near(problem, _Motions(point_index, old_unknowns, bands))
-        cage_speed_change = np.abs(new_motions.unknowns - old_unknowns)[:, _CAGE_INDEX]
+        new_motions, is_solved = _solve_near_motions(
+            problem, _Motions(point_index, old_unknowns, bands)
+        )
+        cage_speed_change = np.abs(new_motions.unknowns - old_unknowns)[:, _CAGE_SPEED_INDEX]
         is_followed = is_solved & (
-            cage_speed_change < _SAME_MOTION * scale[point_index, _CAGE_INDEX]
+            cage_speed_change < _LARGEST_SAME_MOTION_CHANGE * scale[point_index, _CAGE_SPEED_INDEX]
         )
         followed_index = followed_index[is_followed]
         unknowns[followed_index] = new_motions.unknowns[is_followed]
-    is_released = np.isin(np.arange(len(unknowns)), followed_index)
-    return _Motions(motions.point_index, unknowns, np.zeros_like(motions.bands)), is_released
+    has_lost_bands = np.isin(np.arange(len(unknowns)), followed_index)
+    return _Motions(motions.point_index, unknowns, np.zeros_like(motions.bands)), has_lost_bands
 
 
-def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
+def _solve_near_motions(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
     """Motions near others, with the bands of these, and whether each one was found."""
     banded_problem = replace(problem.at_points(motions.point_index), bands=motions.bands)
     scale = banded_problem.scale()
-    neighbour = Neighbour.from_unknowns(banded_problem, motions.unknowns)
+    nearby_equilibria = NearbyEquilibria.from_unknowns(banded_problem, motions.unknowns)
     solution = solve_near(
-        banded_problem.residuals, motions.unknowns, scale, neighbour.inverse_jacobian
+        banded_problem.residuals, motions.unknowns, scale, nearby_equilibria.inverse_jacobian
     )
     unsolved_index = np.flatnonzero(~solution.converged)
     unsolved_equations = banded_problem.at_points(unsolved_index).residuals
@@ -534,7 +544,7 @@ def _solved_near(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions,
     return replace(motions, unknowns=solution.unknowns), solution.converged
 
 
-def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
+def _shrink_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     """Motions after their bands have shrunk, one band after the other.
 
     Motions whose curve turns back are left out. Those whose curve stalls keep the bands of the last
@@ -572,37 +582,41 @@ def _narrowed(problem: FrictionProblem, motions: _Motions) -> _Motions:
             kink_length=_KINK_LENGTH,
             tolerance=_BAND_TOLERANCE,
         )
-        has_stalled = ~crossings.reached_last & ~crossings.turned_back
+        has_stalled = ~crossings.reached_last_value & ~crossings.turned_back
         end_bands = FULL_BANDS * band_shares(crossings.end_parameter)
-        end_motions = _with_other_bands(problem, motions, crossings.end_unknowns, end_bands)
+        end_motions = _solve_with_bands(problem, motions, crossings.end_unknowns, end_bands)
         stalled_motions = stalled_motions.joined(end_motions.select(has_stalled))
         last_step = np.floor(crossings.end_parameter[has_stalled] / _STALL_STEP) * _STALL_STEP
-        step_motions = _with_other_bands(
+        step_motions = _solve_with_bands(
             problem,
             motions.select(has_stalled),
             crossings.end_unknowns[has_stalled],
             FULL_BANDS * band_shares(last_step),
         )
         motions_at_last_step = motions_at_last_step.joined(step_motions)
-        motions = end_motions.select(crossings.reached_last)
+        motions = end_motions.select(crossings.reached_last_value)
     # a curve may stall beside a motion that is exact without bands
     narrow_motions = motions.joined(stalled_motions)
     unbanded_motions = replace(narrow_motions, bands=np.zeros_like(narrow_motions.bands))
-    solved_motions, is_solved = _solved_near(problem, unbanded_motions)
-    cage_speed_change = np.abs(solved_motions.unknowns - narrow_motions.unknowns)[:, _CAGE_INDEX]
-    is_released = is_solved & (
-        cage_speed_change < _SAME_MOTION * problem.scale()[narrow_motions.point_index, _CAGE_INDEX]
+    solved_motions, is_solved = _solve_near_motions(problem, unbanded_motions)
+    cage_speed_change = np.abs(solved_motions.unknowns - narrow_motions.unknowns)[
+        :, _CAGE_SPEED_INDEX
+    ]
+    has_lost_bands = is_solved & (
+        cage_speed_change
+        < _LARGEST_SAME_MOTION_CHANGE
+        * problem.scale()[narrow_motions.point_index, _CAGE_SPEED_INDEX]
     )
-    held_motions = motions.joined(motions_at_last_step).select(~is_released)
-    return held_motions.joined(solved_motions.select(is_released))
+    held_motions = motions.joined(motions_at_last_step).select(~has_lost_bands)
+    return held_motions.joined(solved_motions.select(has_lost_bands))
 
 
-def _with_other_bands(
+def _solve_with_bands(
     problem: FrictionProblem, motions: _Motions, near_unknowns: FloatArray, bands: FloatArray
 ) -> _Motions:
     """Motions with other bands, near some unknowns; where there is none the motions as they are."""
     # at the edge of a narrow band the slopes may not lead to the solution
-    solved_motions, is_solved = _solved_near(
+    solved_motions, is_solved = _solve_near_motions(
         problem, _Motions(motions.point_index, near_unknowns, bands)
     )
     is_changed = is_solved[:, np.newaxis]
@@ -615,8 +629,8 @@ def _with_other_bands(
 
 def _band_shares_less_entrainment(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the entrainment speed shrinks to 0."""
-    full = np.ones_like(parameter)
-    return np.stack([full, full, np.maximum(1 - parameter, 0.0)], axis=-1)
+    ones = np.ones_like(parameter)
+    return np.stack([ones, ones, np.maximum(1 - parameter, 0.0)], axis=-1)
 
 
 def _band_shares_less_spin(parameter: FloatArray) -> FloatArray:
@@ -628,8 +642,8 @@ def _band_shares_less_spin(parameter: FloatArray) -> FloatArray:
 
 def _band_shares_less_rolling(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the rolling speed shrinks to its limit."""
-    none = np.zeros_like(parameter)
-    return np.stack([_NARROWEST_BAND**parameter, none, none], axis=-1)
+    zeros = np.zeros_like(parameter)
+    return np.stack([_NARROWEST_BAND**parameter, zeros, zeros], axis=-1)
 
 
 def _fastest_and_slowest(
@@ -638,16 +652,17 @@ def _fastest_and_slowest(
     """Equilibria of each point, with the fastest and the slowest cage."""
     scale = problem.scale()
     relative_cage_speed = (
-        np.abs(motions.unknowns[:, _CAGE_INDEX]) / scale[motions.point_index, _CAGE_INDEX]
+        np.abs(motions.unknowns[:, _CAGE_SPEED_INDEX])
+        / scale[motions.point_index, _CAGE_SPEED_INDEX]
     )
     ranked_motions = motions.select(np.lexsort((-relative_cage_speed, motions.point_index)))
     ranked_cage_speed = (
-        np.abs(ranked_motions.unknowns[:, _CAGE_INDEX])
-        / scale[ranked_motions.point_index, _CAGE_INDEX]
+        np.abs(ranked_motions.unknowns[:, _CAGE_SPEED_INDEX])
+        / scale[ranked_motions.point_index, _CAGE_SPEED_INDEX]
     )
     is_repeated = np.zeros(len(ranked_motions.point_index), dtype=bool)
     has_same_point = np.diff(ranked_motions.point_index) == 0
-    is_repeated[1:] = has_same_point & (-np.diff(ranked_cage_speed) < _DISTINCT_SPEEDS)
+    is_repeated[1:] = has_same_point & (-np.diff(ranked_cage_speed) < _SMALLEST_SPEED_DIFFERENCE)
     distinct_motions = ranked_motions.select(~is_repeated)
     motion_count = np.bincount(distinct_motions.point_index, minlength=len(scale))
     slowest_index = np.cumsum(motion_count) - 1
@@ -656,7 +671,7 @@ def _fastest_and_slowest(
     unsolved_index = np.flatnonzero(motion_count == 0)
 
     def equilibrium_of_motions(motion_index: IndexArray) -> FrictionEquilibrium:
-        """The motion in a row of `distinct_motions` of each solved point; the start for others."""
+        """Equilibrium with these rows of `distinct_motions`; unsolved points have their start."""
         unknowns = np.empty_like(scale)
         bands = np.zeros((len(scale), len(NO_BANDS[0])))
         unknowns[solved_index] = distinct_motions.unknowns[motion_index[solved_index]]

@@ -25,20 +25,20 @@ from oilfilm.bearing.ellipse import (
     contact_conditions,
     gauss_rule,
     law_at_points,
-    sliding,
-    traction,
+    sliding_in_ellipses,
+    traction_in_ellipses,
 )
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.growth import operating_growth
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import (
     Contacts,
     Motion,
     OperatingPoints,
     ball_force_scale_n,
     centrifugal_force_n,
-    contacts_at,
-    raceway_control,
+    normal_contacts,
+    raceway_control_equilibrium,
 )
 from oilfilm.bearing.resistance import (
     Lubrication,
@@ -47,20 +47,20 @@ from oilfilm.bearing.resistance import (
     land_damping_n_m_s,
     momentum_torque_n_m,
     rolling_force_n,
-    rolling_force_reduction,
+    rolling_force_reduction_factor,
 )
 from oilfilm.bearing.solver import Solution
 from oilfilm.physics.contact import Conditions, Floats
 
-# Quadrature nodes of the ellipse, across and along the rolling direction.
-QUADRATURE = (16, 4)
-# Nodes for random draws and for the search of an equilibrium.
-COARSE_QUADRATURE = (6, 2)
-# Number of quadrature nodes whose arrays fit the cache of a processor.
+# Numbers of quadrature nodes of the ellipse, across and along the rolling direction.
+NODE_COUNTS = (16, 4)
+# The same for random draws and for the search of an equilibrium.
+COARSE_NODE_COUNTS = (6, 2)
+# Largest number of quadrature nodes whose arrays fit the cache of a processor.
 _NODES_IN_CACHE = 50_000
 # Cage slip above which the outer contact hardly rolls. It is no setting: beyond it motions are so
 # close to each other that their number is not known either (`equilibria`).
-_LARGEST_SLIP_OF_LAW = 0.9
+_LARGEST_CAGE_SLIP_OF_LAW = 0.9
 # Smallest scale of speeds, for a bearing at rest.
 _SMALLEST_SCALE_RAD_S = 1e-3
 
@@ -95,7 +95,7 @@ class Balance:
         sliding: Sliding in the ellipses.
         traction: Traction of the film in the ellipses.
         drag_n: Drag of the oil against the orbit, along t.
-        heats_w: Heat of each of `HEATS`.
+        heats_w: Heat of each of `HEAT_TERMS`.
         imbalance_n: Sums that vanish in equilibrium, shape (..., 7). They are the forces on the
             ball along x and r; the moments on the ball about x, r and t over its radius, including
             the gyroscopic moment; the moment on the cage over the pitch radius; the force on the
@@ -132,7 +132,7 @@ class FrictionProblem:
         points: Loads and speeds.
         lubrication: The oil at each point.
         law: The traction law.
-        rule: Quadrature nodes of the ellipse.
+        rule: Quadrature rule of the ellipse.
         bands: Widths of the bands, with the columns of `FULL_BANDS`: one row, or shape
             (..., points, 3). Outside the bands the balance is exact.
     """
@@ -141,7 +141,7 @@ class FrictionProblem:
     points: OperatingPoints
     lubrication: Lubrication
     law: TractionLaw
-    rule: QuadratureRule = field(default_factory=lambda: gauss_rule(*QUADRATURE))
+    rule: QuadratureRule = field(default_factory=lambda: gauss_rule(*NODE_COUNTS))
     bands: FloatArray = field(default_factory=lambda: NO_BANDS)
 
     def at_points(self, point_index: IndexArray) -> "FrictionProblem":
@@ -164,15 +164,15 @@ class FrictionProblem:
                 bearing. Traction always counts in full. One number, or shape (..., points).
         """
         bearing, lubrication = self.bearing, self.lubrication
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
+        contacts = normal_contacts(bearing, unknowns[..., :2], unknowns[..., 6], self.points.growth)
         motion = Motion(unknowns[..., 5], unknowns[..., 2:5])
         ring_speed_rad_s = self.points.ring_speed_rad_s
-        sliding_state = sliding(
+        sliding_state = sliding_in_ellipses(
             bearing, contacts, motion, ring_speed_rad_s, self.rule, self.bands[..., 2:]
         )
         inlet_temperature_c = lubrication.inlet_temperature_c[:, np.newaxis]
         conditions = contact_conditions(bearing, contacts, sliding_state, inlet_temperature_c)
-        film_traction = traction(
+        film_traction = traction_in_ellipses(
             contacts, sliding_state, conditions, self.law, self.rule, lubrication.traction_factor
         )
         orbit_radius_m = contacts.orbit_radius_m
@@ -187,7 +187,7 @@ class FrictionProblem:
         push_n = rolling_resistance.force_n * (
             2 * race_radius_m / orbit_radius_m[..., np.newaxis] - 1
         )
-        pocket_force_n = drag_n - _sum_of_contacts(film_traction.along_n + push_n)
+        pocket_force_n = drag_n - _sum_over_contacts(film_traction.force_along_n + push_n)
         pocket_friction = self._pocket_friction(pocket_force_n, motion, resistance_share)
         cage_lag_rad_s = ring_speed_rad_s[:, self._guiding_ring()] - motion.orbit_speed_rad_s
         land_moment_n_m = self._land_moment_n_m(cage_lag_rad_s, resistance_share)
@@ -212,7 +212,7 @@ class FrictionProblem:
             feed_torque_n_m * ring_speed_rad_s[:, 0], orbit_speed_m_s.shape
         )
         heats_w = (
-            _sum_of_contacts(film_traction.heat_w),
+            _sum_over_contacts(film_traction.heat_w),
             rolling_resistance.force_heat_w,
             rolling_resistance.moment_heat_w,
             drag_n * orbit_speed_m_s,
@@ -232,7 +232,7 @@ class FrictionProblem:
             ring_moment_n_m=ring_moment_n_m,
         )
 
-    def with_inputs(self, inputs: Inputs) -> "FrictionProblem":
+    def with_inputs(self, inputs: InputValues) -> "FrictionProblem":
         """The problem with other values of the uncertain inputs: growth, feed oil, starvation.
 
         The outer ring has the temperature of the oil.
@@ -258,14 +258,16 @@ class FrictionProblem:
         It is 0 where the flow is not known.
         """
         carried_flow_kg_s = np.nan_to_num(self.lubrication.carried_flow_kg_s)
-        groove_bottom_radius_m = self.bearing.groove_bottom_m[0]
+        groove_bottom_radius_m = self.bearing.groove_bottom_radius_m[0]
         return momentum_torque_n_m(
             carried_flow_kg_s, self.points.ring_speed_rad_s[:, 0], groove_bottom_radius_m
         )
 
-    def replenishment(self) -> FloatArray:
-        """Starvation of rolling resistance and film, shape (points,)."""
-        return self.lubrication.replenishment(self.bearing, self._ring_difference_rad_s())
+    def replenishment_factor(self) -> FloatArray:
+        """Reduction of rolling resistance and film by starvation, shape (points,)."""
+        return self.lubrication.replenishment_factor(
+            self.bearing, self._ring_speed_difference_rad_s()
+        )
 
     def _drag_n(self, orbit_speed_m_s: FloatArray, resistance_share: Floats) -> FloatArray:
         """Drag of the oil on a ball against its orbit, shape (..., points)."""
@@ -285,7 +287,7 @@ class FrictionProblem:
         Args:
             pocket_force_n: Force of the pocket on the ball along t, shape (..., points).
             motion: Motion of the ball.
-            resistance_share: Share of `balance`.
+            resistance_share: As for `balance`.
         """
         ball_radius_m = self.bearing.ball_diameter_m / 2
         friction_factor = resistance_share * self.lubrication.factor("pocket")
@@ -296,9 +298,10 @@ class FrictionProblem:
         spin_r = motion.spin_rad_s[..., 1]
         spin_rad_s = np.sqrt(spin_x**2 + spin_r**2)
         spin_sign = smooth_sign(spin_rad_s, self.bands[..., 1] * self.rolling_spin_rad_s())
-        axis_over_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
-        axis_x = spin_x * axis_over_spin
-        axis_r = spin_r * axis_over_spin
+        # component of the axis over that of the spin
+        axis_per_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
+        axis_x = spin_x * axis_per_spin
+        axis_r = spin_r * axis_per_spin
         moment_n_m = np.abs(friction_n) * ball_radius_m
         return _PocketFriction(
             pocket_force_n=pocket_force_n,
@@ -312,14 +315,14 @@ class FrictionProblem:
 
     def _guiding_ring(self) -> int:
         """Axis index of the ring that guides the cage: 0 for the inner ring, 1 for the outer."""
-        return 1 if self.bearing.cage.guided_by_outer else 0
+        return 1 if self.bearing.cage.guided_by_outer_ring else 0
 
     def _land_moment_n_m(self, cage_lag_rad_s: FloatArray, resistance_share: Floats) -> FloatArray:
         """Moment of the guiding ring on a ball's share of the cage, shape (..., points).
 
         Args:
             cage_lag_rad_s: Speed of the guiding ring less that of the cage.
-            resistance_share: Share of `balance`.
+            resistance_share: As for `balance`.
         """
         factor = resistance_share * self.lubrication.factor("land") / self.bearing.ball_count
         return factor * land_damping_n_m_s(self.bearing, self.lubrication) * cage_lag_rad_s
@@ -338,31 +341,33 @@ class FrictionProblem:
         bearing = self.bearing
         ball_radius_m = bearing.ball_diameter_m / 2
         n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-        contact_force_x_n = -(film_traction.across_n * n_r + contacts.load_n * n_x)
-        contact_force_r_n = film_traction.across_n * n_x - contacts.load_n * n_r
-        about_normal_n_m = film_traction.about_normal_n_m
-        about_across_n_m = (
-            film_traction.about_across_n_m
+        contact_force_x_n = -(film_traction.force_across_n * n_r + contacts.load_n * n_x)
+        contact_force_r_n = film_traction.force_across_n * n_x - contacts.load_n * n_r
+        moment_about_normal_n_m = film_traction.moment_about_normal_n_m
+        moment_about_across_n_m = (
+            film_traction.moment_about_across_n_m
             + ball_radius_m * rolling_resistance.force_n
             + rolling_resistance.moment_n_m
         )
-        contact_moment_x_n_m = about_normal_n_m * n_x - about_across_n_m * n_r
-        contact_moment_r_n_m = about_normal_n_m * n_r + about_across_n_m * n_x
+        contact_moment_x_n_m = moment_about_normal_n_m * n_x - moment_about_across_n_m * n_r
+        contact_moment_r_n_m = moment_about_normal_n_m * n_r + moment_about_across_n_m * n_x
         # gyroscopic moment over the spin
         gyroscopic_n_m_s = resistance_share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
         gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 2]
         gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 1]
 
-        force_x_n = _sum_of_contacts(contact_force_x_n) + pocket_friction.force_x_n
+        force_x_n = _sum_over_contacts(contact_force_x_n) + pocket_friction.force_x_n
         outward_force_n = pocket_friction.force_r_n + centrifugal_force_n(bearing, contacts, motion)
-        force_r_n = _sum_of_contacts(contact_force_r_n) + outward_force_n
-        moment_x_n_m = _sum_of_contacts(contact_moment_x_n_m) - pocket_friction.moment_x_n_m
+        force_r_n = _sum_over_contacts(contact_force_r_n) + outward_force_n
+        moment_x_n_m = _sum_over_contacts(contact_moment_x_n_m) - pocket_friction.moment_x_n_m
         moment_r_n_m = (
-            _sum_of_contacts(contact_moment_r_n_m)
+            _sum_over_contacts(contact_moment_r_n_m)
             - pocket_friction.moment_r_n_m
             + gyroscopic_moment_r_n_m
         )
-        moment_t_n_m = _sum_of_contacts(film_traction.about_tangent_n_m) - gyroscopic_moment_t_n_m
+        moment_t_n_m = (
+            _sum_over_contacts(film_traction.moment_about_tangent_n_m) - gyroscopic_moment_t_n_m
+        )
         pocket_force_n = pocket_friction.pocket_force_n
         cage_moment_n_m = (
             land_moment_n_m
@@ -398,13 +403,13 @@ class FrictionProblem:
         bearing, oil = self.bearing, self.lubrication.oil_in_contacts
         load_n = contacts.load_n
         speed_sum_m_s = sliding_state.race_speed_rad_s * race_radius_m
-        speed_sum_m_s -= sliding_state.axis_spin_rad_s * (bearing.ball_diameter_m / 2)
+        speed_sum_m_s -= sliding_state.roll_rad_s * (bearing.ball_diameter_m / 2)
         mean_speed_m_s = np.abs(speed_sum_m_s / 2)
         radius_x_m = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
         radius_y_m = bearing.radius_y_m
         reduced_modulus_pa = bearing.reduced_modulus_pa
         relative_pressure = contacts.max_hertz_pressure_pa / reduced_modulus_pa
-        thermal_reduction = rolling_force_reduction(
+        thermal_reduction = rolling_force_reduction_factor(
             relative_pressure, oil.thermal_loading(mean_speed_m_s)
         )
         viscosity_pa_s = oil.dynamic_viscosity_pa_s
@@ -415,15 +420,15 @@ class FrictionProblem:
         band_m_s = self.bands[..., 0] * self.rolling_speed_m_s()
         sign_of_rolling = smooth_sign(speed_sum_m_s, band_m_s[..., np.newaxis])
         signed_share = np.asarray(resistance_share)[..., np.newaxis] * sign_of_rolling
-        force_factor = self.lubrication.factor("rolling") * self.replenishment()
+        force_factor = self.lubrication.factor("rolling") * self.replenishment_factor()
         moment_factor = self.lubrication.factor("hysteresis")[:, np.newaxis]
         force_n = signed_share * thermal_reduction * force_n * force_factor[:, np.newaxis]
         moment_n_m = signed_share * moment_n_m * moment_factor
         return _RollingResistance(
             force_n=force_n,
             moment_n_m=moment_n_m,
-            force_heat_w=_sum_of_contacts(force_n * speed_sum_m_s),
-            moment_heat_w=-_sum_of_contacts(moment_n_m * sliding_state.relative_roll_rad_s),
+            force_heat_w=_sum_over_contacts(force_n * speed_sum_m_s),
+            moment_heat_w=-_sum_over_contacts(moment_n_m * sliding_state.relative_roll_rad_s),
         )
 
     def residuals(
@@ -434,7 +439,7 @@ class FrictionProblem:
         Args:
             unknowns: Shape (..., points, 7).
             point_index: Indices of these points.
-            resistance_share: Share of `balance`, for these points.
+            resistance_share: As for `balance`, for these points.
         """
         if len(point_index) == 0:
             return unknowns
@@ -459,7 +464,9 @@ class FrictionProblem:
 
         A search for the equilibrium starts there.
         """
-        rolling_equilibrium = raceway_control(self.bearing, self.points, gyroscopic_sign=0.0)
+        rolling_equilibrium = raceway_control_equilibrium(
+            self.bearing, self.points, gyroscopic_sign=0.0
+        )
         ball_position_m = rolling_equilibrium.solution.unknowns[:, :2]
         ring_displacement_m = rolling_equilibrium.solution.unknowns[:, 2]
         motion = rolling_equilibrium.motion
@@ -470,16 +477,16 @@ class FrictionProblem:
     def rolling_spin_rad_s(self) -> FloatArray:
         """Spin of balls that roll between the rings, shape (points,)."""
         bearing = self.bearing
-        speed_difference_m_s = self._ring_difference_rad_s() * bearing.pitch_diameter_m
+        speed_difference_m_s = self._ring_speed_difference_rad_s() * bearing.pitch_diameter_m
         return np.maximum(
             speed_difference_m_s / (2 * bearing.ball_diameter_m), _SMALLEST_SCALE_RAD_S
         )
 
     def rolling_speed_m_s(self) -> FloatArray:
         """Surface speed of balls that roll between the rings, shape (points,)."""
-        return np.asarray(self._ring_difference_rad_s() * self.bearing.pitch_diameter_m / 4)
+        return np.asarray(self._ring_speed_difference_rad_s() * self.bearing.pitch_diameter_m / 4)
 
-    def _ring_difference_rad_s(self) -> FloatArray:
+    def _ring_speed_difference_rad_s(self) -> FloatArray:
         """Difference of the speeds of both rings, without its sign."""
         ring_speed_rad_s = self.points.ring_speed_rad_s
         return np.abs(ring_speed_rad_s[:, 0] - ring_speed_rad_s[:, 1])
@@ -532,15 +539,18 @@ class FrictionEquilibrium:
         contacts, motion = self.balance.contacts, self.balance.motion
         ring_speed_rad_s = self.problem.points.ring_speed_rad_s
         ball_radius_m = self.problem.bearing.ball_diameter_m / 2
-        axis_rad_s = np.abs(self.balance.sliding.axis_spin_rad_s)
-        relative_axis_spin = axis_rad_s / np.maximum(axis_rad_s.max(axis=-1, keepdims=True), 1e-300)
+        roll_rad_s = np.abs(self.balance.sliding.roll_rad_s)
+        relative_roll = roll_rad_s / np.maximum(roll_rad_s.max(axis=-1, keepdims=True), 1e-300)
         orbit_radius_m = contacts.orbit_radius_m[..., np.newaxis]
         race_radius_m = orbit_radius_m + contacts.normal[..., 1, :] * ball_radius_m
-        weight = race_radius_m / np.maximum(relative_axis_spin, 1e-3)
-        rolling_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
-        lag_rad_s = rolling_rad_s - motion.orbit_speed_rad_s
+        weight = race_radius_m / np.maximum(relative_roll, 1e-3)
+        rolling_orbit_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
+        lag_rad_s = rolling_orbit_rad_s - motion.orbit_speed_rad_s
         return np.divide(
-            lag_rad_s, rolling_rad_s, out=np.zeros_like(lag_rad_s), where=rolling_rad_s != 0
+            lag_rad_s,
+            rolling_orbit_rad_s,
+            out=np.zeros_like(lag_rad_s),
+            where=rolling_orbit_rad_s != 0,
         )
 
     def held_by_band(self) -> BoolArray:
@@ -557,10 +567,10 @@ class FrictionEquilibrium:
 
         No law was made for such contacts: the entrainment speed is below any tested speed.
         """
-        return self.cage_slip() > _LARGEST_SLIP_OF_LAW
+        return self.cage_slip() > _LARGEST_CAGE_SLIP_OF_LAW
 
     def widest_contact(self) -> FloatArray:
-        """Semi-axis across the rolling direction over the balls' radius, of the wider contact."""
+        """Semi-axis of the wider contact across the rolling direction, over the balls' radius."""
         ball_radius_m = self.problem.bearing.ball_diameter_m / 2
         return np.asarray(self.balance.contacts.semi_axis_y_m.max(axis=-1) / ball_radius_m)
 
@@ -603,6 +613,6 @@ class _PocketFriction:
     heat_w: FloatArray
 
 
-def _sum_of_contacts(values_of_contacts: FloatArray) -> FloatArray:
+def _sum_over_contacts(value_of_contacts: FloatArray) -> FloatArray:
     """Sum over both contacts."""
-    return np.asarray(values_of_contacts[..., 0] + values_of_contacts[..., 1])
+    return np.asarray(value_of_contacts[..., 0] + value_of_contacts[..., 1])

@@ -15,7 +15,7 @@ from oilfilm.physics.contact import elliptical_contact
 
 # Degree of the polynomials in the cosine of the contact angle that interpolate Hertz's solution.
 # Each degree reduces the error by a factor of at least 2 dm/D, so that only rounding remains.
-_DEGREE = 12
+_POLYNOMIAL_DEGREE = 12
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,8 @@ class OilSupply:
         flow_m3_s: Volume flow at the inlet temperature, in m3/s.
         heat_share: Share of the friction heat that the oil carries away; shaft and housing take
             the rest.
-        outlet_weight: Temperature of the oil in the contacts, between inlet (0) and outlet (1).
+        outlet_weight: Weight of the outlet temperature in that of the oil in the contacts: 0 is the
+            inlet temperature, 1 the outlet temperature.
     """
 
     flow_m3_s: float
@@ -39,14 +40,15 @@ class Cage:
     """A cage guided by the land of one ring.
 
     Attributes:
-        guided_by_outer: True if the land of the outer ring guides it, False for the inner ring.
+        guided_by_outer_ring: True if the land of the outer ring guides it, False if that of the
+            inner ring does.
         land_diameter_m: Diameter of the guiding land.
         land_width_m: Width of both lands together.
         land_clearance_m: Radial clearance between cage and land.
         pocket_friction_coefficient: Coulomb coefficient between ball and pocket.
     """
 
-    guided_by_outer: bool
+    guided_by_outer_ring: bool
     land_diameter_m: float
     land_width_m: float
     land_clearance_m: float
@@ -55,7 +57,7 @@ class Cage:
 
 @dataclass(frozen=True)
 class Rings:
-    """Rings of a bearing with what they are mounted on. Shaft and housing have their material.
+    """Rings of a bearing, with shaft and housing, which have the material of the rings.
 
     Attributes:
         youngs_modulus_pa: Young's modulus.
@@ -94,7 +96,8 @@ class Bearing:
         roughness_rq_m: Combined Rq of ball and race.
         cage: The cage.
         rings: The rings, which grow in operation.
-        uncertain: Value and range of each of `INPUTS` that belongs to the bearing.
+        uncertain_inputs: Value and range of each quantity of `inputs.INPUT_NAMES` that belongs to
+            the bearing, by its name.
     """
 
     name: str
@@ -108,7 +111,7 @@ class Bearing:
     roughness_rq_m: float
     cage: Cage
     rings: Rings
-    uncertain: Mapping[str, UncertainInput] = field(hash=False)
+    uncertain_inputs: Mapping[str, UncertainInput] = field(hash=False)
 
     @cached_property
     def ball_mass_kg(self) -> float:
@@ -131,32 +134,34 @@ class Bearing:
         return float(self.groove_offset_m.sum())
 
     @cached_property
-    def outer_groove_radius_m(self) -> float:
+    def outer_groove_centre_radius_m(self) -> float:
         """Distance of the centre of the outer groove from the bearing's axis."""
         radial_offset = self.groove_offset_m[1] * np.cos(self.contact_angle_rad)
         return float(self.pitch_diameter_m / 2 - radial_offset)
 
     @cached_property
     def groove_centre_radius_m(self) -> FloatArray:
-        """Distance of each groove's centre from the bearing's axis."""
+        """Distance of each groove's centre from the bearing's axis, inner and outer."""
         radial_distance = self.groove_centre_distance_m * np.cos(self.contact_angle_rad)
-        return np.array([self.outer_groove_radius_m + radial_distance, self.outer_groove_radius_m])
+        return np.array(
+            [self.outer_groove_centre_radius_m + radial_distance, self.outer_groove_centre_radius_m]
+        )
 
     @cached_property
-    def groove_bottom_m(self) -> FloatArray:
-        """Distance of the bottom of each groove from the bearing's axis."""
-        groove_radius = np.array(self.groove_curvature) * self.ball_diameter_m
-        return self.groove_centre_radius_m + np.array([-1.0, 1.0]) * groove_radius
+    def groove_bottom_radius_m(self) -> FloatArray:
+        """Distance of the bottom of each groove from the bearing's axis, inner and outer."""
+        groove_radius_m = np.array(self.groove_curvature) * self.ball_diameter_m
+        return self.groove_centre_radius_m + np.array([-1.0, 1.0]) * groove_radius_m
 
     @cached_property
-    def bore_and_outside_m(self) -> tuple[float, float]:
+    def bore_and_outside_diameter_m(self) -> tuple[float, float]:
         """Bore and outside diameter."""
-        inner_bottom_m, outer_bottom_m = self.groove_bottom_m
-        bore_m = 2 * inner_bottom_m * self.rings.bore_ratio
-        return float(bore_m), float(2 * outer_bottom_m / self.rings.outer_groove_ratio)
+        inner_radius_m, outer_radius_m = self.groove_bottom_radius_m
+        bore_m = 2 * inner_radius_m * self.rings.bore_ratio
+        return float(bore_m), float(2 * outer_radius_m / self.rings.outer_groove_ratio)
 
     @cached_property
-    def deformed_radius_m(self) -> FloatArray:
+    def deformed_surface_radius_m(self) -> FloatArray:
         """Radius of the deformed contact surface across the rolling direction, 2 f D/(2 f + 1).
 
         Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1.
@@ -179,8 +184,10 @@ class Bearing:
         curvature = np.array(self.groove_curvature)
         return self.ball_diameter_m * curvature / (2 * curvature - 1)
 
-    def under_unit_load(self, contact_angle_cosine: FloatArray) -> FloatArray:
-        """Stiffness and semi-axes of the contacts under 1 N by Hertz's theory, exact to rounding.
+    def stiffness_and_unit_semi_axes(self, contact_angle_cosine: FloatArray) -> FloatArray:
+        """Stiffness of the contacts and their semi-axes under 1 N, by Hertz's theory.
+
+        The values are exact to rounding.
 
         Args:
             contact_angle_cosine: |cos(alpha)| of each contact, shape (..., 2).
@@ -207,9 +214,12 @@ class Bearing:
     def _hertz_polynomials(self) -> FloatArray:
         """Coefficients of the polynomials in 2 cos(alpha) - 1, shape (degree + 1, 3, 2).
 
-        The axes are the powers, the three quantities of `under_unit_load`, and inner and outer.
+        The axes are the powers, the three quantities of `stiffness_and_unit_semi_axes`, and the
+        contacts (inner, outer).
         """
-        chebyshev_nodes = np.cos(np.pi * (np.arange(_DEGREE + 1) + 0.5) / (_DEGREE + 1))
+        chebyshev_nodes = np.cos(
+            np.pi * (np.arange(_POLYNOMIAL_DEGREE + 1) + 0.5) / (_POLYNOMIAL_DEGREE + 1)
+        )
         contact_angle_cosine = np.repeat((chebyshev_nodes[:, np.newaxis] + 1) / 2, 2, axis=1)
         contact = elliptical_contact(
             1.0, self.radius_x_m(contact_angle_cosine), self.radius_y_m, self.reduced_modulus_pa

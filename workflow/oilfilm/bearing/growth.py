@@ -2,7 +2,7 @@
 
 Drawings give a bearing that is not mounted, at rest, at 20 degC. In operation the groove centres
 move along the radius, and grooves and balls grow by temperature. The play between the grooves falls
-and may vanish; the contact angles follow from the equilibrium (`quasistatic.contacts_at`).
+and may vanish; the contact angles follow from the equilibrium (`quasistatic.normal_contacts`).
 
 Decides: how far the rings of a bearing grow.
 """
@@ -13,7 +13,7 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.physics.contact import Floats
 
 # Temperature at which the dimensions of a drawing hold.
@@ -71,10 +71,10 @@ def centrifugal_growth_m(
     return np.asarray(speed_factor * radius_term)
 
 
-def fit_share(
+def interference_share(
     groove_radius_m: Floats, fit_radius_m: Floats, free_surface_radius_m: Floats
 ) -> FloatArray:
-    """Share of the radial interference of a ring's fit by which its groove moves along the radius.
+    """Radial displacement of a groove by the fit of its ring, over the fit's radial interference.
 
         share = 2 a b/|b^2 - a^2| / [(b^2 + a^2)/|b^2 - a^2| + (a^2 + c^2)/|a^2 - c^2|]
 
@@ -89,7 +89,7 @@ def fit_share(
     Examples:
         A ring on a solid shaft takes a/b of the interference, here 0.8:
 
-        >>> print(f"{fit_share(1.0, 0.8, 0.0):.3f}")
+        >>> print(f"{interference_share(1.0, 0.8, 0.0):.3f}")
         0.800
     """
     groove_radius_squared, fit_radius_squared, free_radius_squared = (
@@ -123,25 +123,29 @@ def inner_ring_growth_m(
         interference_m: Interference on the radius.
     """
     rings = bearing.rings
-    groove_bottom_radius_m = bearing.groove_bottom_m[0]
+    groove_bottom_radius_m = bearing.groove_bottom_radius_m[0]
     fit_radius_m = rings.bore_ratio * groove_bottom_radius_m
-    material = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
+    ring_material = (rings.density_kg_m3, rings.youngs_modulus_pa, rings.poisson_ratio)
     shaft_bore_radius_m = shaft_bore_ratio * groove_bottom_radius_m
     one_body_growth_m = centrifugal_growth_m(
-        speed_rad_s, groove_bottom_radius_m, shaft_bore_radius_m, *material
+        speed_rad_s, groove_bottom_radius_m, shaft_bore_radius_m, *ring_material
     )
     tight_growth_m = (
         one_body_growth_m
-        + fit_share(groove_bottom_radius_m, fit_radius_m, shaft_bore_radius_m) * interference_m
+        + interference_share(groove_bottom_radius_m, fit_radius_m, shaft_bore_radius_m)
+        * interference_m
     )
     ring_alone_growth_m = centrifugal_growth_m(
-        speed_rad_s, groove_bottom_radius_m, fit_radius_m, *material
+        speed_rad_s, groove_bottom_radius_m, fit_radius_m, *ring_material
     )
     return np.maximum(tight_growth_m, ring_alone_growth_m)
 
 
 def operating_growth(
-    bearing: Bearing, speed_rad_s: FloatArray, outer_ring_temperature_c: FloatArray, inputs: Inputs
+    bearing: Bearing,
+    speed_rad_s: FloatArray,
+    outer_ring_temperature_c: FloatArray,
+    inputs: InputValues,
 ) -> Growth:
     """Growth of a bearing in operation.
 
@@ -152,15 +156,15 @@ def operating_growth(
         inputs: Fits and differences of temperature.
     """
     rings = bearing.rings
-    outer_bottom_radius_m = bearing.groove_bottom_m[1]
+    outer_bottom_radius_m = bearing.groove_bottom_radius_m[1]
     inner_growth_m = inner_ring_growth_m(
         bearing, speed_rad_s, inputs.shaft_bore_ratio, inputs.shaft_interference_m
     )
     outside_radius_m = outer_bottom_radius_m / rings.outer_groove_ratio
-    fit_share_of_ring = fit_share(
+    interference_share_of_ring = interference_share(
         outer_bottom_radius_m, outside_radius_m, outside_radius_m * rings.housing_ratio
     )
-    squeeze_m = fit_share_of_ring * np.maximum(inputs.housing_interference_m, 0.0)
+    groove_squeeze_m = interference_share_of_ring * np.maximum(inputs.housing_interference_m, 0.0)
 
     inner_ring_temperature_c = outer_ring_temperature_c + inputs.ring_temperature_difference_k
     ring_warming_k = np.stack([inner_ring_temperature_c, outer_ring_temperature_c], axis=-1)
@@ -168,10 +172,10 @@ def operating_growth(
     ball_warming_k = ring_warming_k.mean(axis=-1) + inputs.ball_temperature_difference_k
     ring_strain = rings.expansion_1_k * ring_warming_k
     ball_strain = rings.ball_expansion_1_k * ball_warming_k[:, np.newaxis]
-    centre_growth_m = ring_strain * bearing.groove_centre_radius_m
-    centre_growth_m += np.stack([inner_growth_m, -squeeze_m], axis=-1)
+    centre_displacement_m = ring_strain * bearing.groove_centre_radius_m
+    centre_displacement_m += np.stack([inner_growth_m, -groove_squeeze_m], axis=-1)
     groove_curvature_radius_m = np.array(bearing.groove_curvature) * bearing.ball_diameter_m
     offset_growth_m = (
         ring_strain * groove_curvature_radius_m - ball_strain * bearing.ball_diameter_m / 2
     )
-    return Growth(centre_growth_m, offset_growth_m)
+    return Growth(centre_displacement_m, offset_growth_m)

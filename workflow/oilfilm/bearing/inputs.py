@@ -1,8 +1,8 @@
 """Inputs of a bearing that no drawing gives exactly: each has a value and a range.
 
-The fields of `Inputs` are the names of these quantities. A bearing has some of them
-(`Bearing.uncertain`), the settings have the others. A calculation takes one value per operating
-point of each, so that draws are operating points with other values.
+The attributes of `InputValues` are the names of these quantities. A bearing has some of them
+(`Bearing.uncertain_inputs`), the settings have the others. A calculation takes one value of each
+per operating point, so that draws are operating points with other values.
 
 Decides: which inputs of a bearing are uncertain, and how they are drawn from their ranges.
 """
@@ -20,7 +20,7 @@ class UncertainInput(NamedTuple):
     """A quantity with its range; NaN throughout where nothing is known.
 
     Attributes:
-        value: The value of a calculation without draws.
+        value: The nominal value, with which a calculation without draws is made.
         low: Lower end of the range.
         high: Upper end of the range.
     """
@@ -52,8 +52,8 @@ class UncertainInput(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Inputs:
-    """The uncertain inputs, one value per operating point; shapes (points,).
+class InputValues:
+    """Values of the uncertain inputs, one per operating point; shapes (points,).
 
     Attributes:
         oil_volume_fraction: Share of oil in the volume through which the balls travel.
@@ -80,10 +80,10 @@ class Inputs:
     ball_temperature_difference_k: FloatArray
 
     @classmethod
-    def without_draws(
+    def nominal(
         cls, uncertain_inputs: Mapping[str, UncertainInput], point_count: int
-    ) -> "Inputs":
-        """The value of each quantity, the same at all points.
+    ) -> "InputValues":
+        """The nominal value of each quantity, the same at all points.
 
         Args:
             uncertain_inputs: Every quantity of `INPUT_NAMES`, by its name.
@@ -98,12 +98,13 @@ class Inputs:
         cls,
         uncertain_inputs: Mapping[str, UncertainInput],
         probability_by_name: Mapping[str, FloatArray],
-    ) -> "Inputs":
+    ) -> "InputValues":
         """Values with given cumulative probabilities.
 
         Args:
             uncertain_inputs: Every quantity of `INPUT_NAMES`, by its name.
-            probability_by_name: Probabilities of 0 to 1 of every quantity, shapes (points,).
+            probability_by_name: Cumulative probabilities of 0 to 1, shape (points,), by the name of
+                the quantity.
         """
         return cls(
             **{
@@ -113,7 +114,7 @@ class Inputs:
         )
 
     @classmethod
-    def joined(cls, groups: Sequence["Inputs"]) -> "Inputs":
+    def joined(cls, groups: Sequence["InputValues"]) -> "InputValues":
         """The points of several groups, one group after the other."""
         return cls(
             **{
@@ -122,10 +123,10 @@ class Inputs:
             }
         )
 
-    def at_points(self, point_index: IndexArray) -> "Inputs":
+    def at_points(self, point_index: IndexArray) -> "InputValues":
         """The inputs of some of the points."""
-        return Inputs(**{name: getattr(self, name)[point_index] for name in INPUT_NAMES})
+        return InputValues(**{name: getattr(self, name)[point_index] for name in INPUT_NAMES})
 
 
 # Names of the uncertain inputs.
-INPUT_NAMES = tuple(field.name for field in fields(Inputs))
+INPUT_NAMES = tuple(field.name for field in fields(InputValues))

@@ -31,10 +31,10 @@ from oilfilm.physics.contact import Floats
 _MAX_ITERATIONS = 30
 # Smallest axial load per ball for which a start is calculated.
 _SMALLEST_LOAD_N = 1e-3
-# The search for the start divides its interval of angles into so many parts, so many times. That
-# gives 1e-5 rad, near enough for Newton's method.
+# The search for the start divides its interval of angles into this number of parts and keeps one of
+# them. It does so several times. The last interval of 1e-5 rad is near enough for Newton's method.
 _INTERVAL_PARTS = 8
-_NARROWINGS = 6
+_NARROWING_COUNT = 6
 # Sign of the inner and the outer normal relative to the contact angle.
 _NORMAL_SIGNS = np.array([-1.0, 1.0])
 
@@ -46,7 +46,7 @@ class OperatingPoints:
     Attributes:
         axial_load_n: Load on the inner ring along x, shape (points,).
         ring_speed_rad_s: Speeds of inner and outer ring about x, shape (points, 2).
-        growth: Growth of rings and balls; none without it.
+        growth: Growth of rings and balls; None for the dimensions of the drawing.
     """
 
     axial_load_n: FloatArray
@@ -54,7 +54,7 @@ class OperatingPoints:
     growth: Growth | None = None
 
     @classmethod
-    def axial(
+    def from_load_and_speed(
         cls,
         axial_load_n: FloatArray | float,
         inner_speed_rad_s: FloatArray | float,
@@ -136,10 +136,10 @@ class QuasiStaticEquilibrium:
     solution: Solution
 
 
-def contacts_at(
+def normal_contacts(
     bearing: Bearing,
     ball_position_m: FloatArray,
-    displacement_m: FloatArray,
+    ring_displacement_m: FloatArray,
     growth: Growth | None = None,
 ) -> Contacts:
     """Normal contacts of balls from their positions.
@@ -151,21 +151,21 @@ def contacts_at(
         bearing: The bearing.
         ball_position_m: Position of the ball's centre relative to that of the outer groove, shape
             (..., 2) of (x, r).
-        displacement_m: Displacement of the inner ring along x, shape (...).
-        growth: Growth of rings and balls at the points.
+        ring_displacement_m: Displacement of the inner ring along x, shape (...).
+        growth: Growth of rings and balls at the points; None for the dimensions of the drawing.
     """
     unloaded_distance_m = bearing.groove_centre_distance_m
-    axial_distance_m = unloaded_distance_m * np.sin(bearing.contact_angle_rad) + displacement_m
+    axial_distance_m = unloaded_distance_m * np.sin(bearing.contact_angle_rad) + ring_displacement_m
     grooves = _grooves(bearing, growth)
     inner_groove_m = np.stack(
-        [axial_distance_m, grooves.centre_distance_m + 0 * displacement_m], axis=-1
+        [axial_distance_m, grooves.radial_distance_m + 0 * ring_displacement_m], axis=-1
     )
     # from the centre of each groove to that of the ball; the last axis holds the contacts
     arm_m = np.stack([ball_position_m - inner_groove_m, ball_position_m], axis=-1)
     arm_length_m = np.sqrt((arm_m**2).sum(axis=-2))
     normal = arm_m / arm_length_m[..., np.newaxis, :]
     approach_m = np.maximum(arm_length_m - grooves.offset_m, 0.0)
-    stiffness, unit_semi_axis_x, unit_semi_axis_y = bearing.under_unit_load(
+    stiffness, unit_semi_axis_x, unit_semi_axis_y = bearing.stiffness_and_unit_semi_axes(
         np.abs(normal[..., 1, :])
     )
     load_n = stiffness * approach_m**1.5
@@ -175,38 +175,40 @@ def contacts_at(
         load_n=load_n,
         semi_axis_x_m=unit_semi_axis_x * cube_root_of_load,
         semi_axis_y_m=unit_semi_axis_y * cube_root_of_load,
-        orbit_radius_m=grooves.outer_radius_m + ball_position_m[..., 1],
+        orbit_radius_m=grooves.outer_centre_radius_m + ball_position_m[..., 1],
     )
 
 
 class _Grooves(NamedTuple):
-    """Where the grooves are, for a bearing of the drawing or one value per point.
+    """Positions of the grooves: single numbers for the bearing of a drawing, or one per point.
 
     Attributes:
-        centre_distance_m: Radial distance of the two groove centres.
+        radial_distance_m: Radial distance of the two groove centres.
         offset_m: Distance from each groove centre to the ball's centre in an unloaded contact,
             shape (2,) or (points, 2).
-        outer_radius_m: Distance of the outer groove's centre from the bearing's axis.
+        outer_centre_radius_m: Distance of the outer groove's centre from the bearing's axis.
     """
 
-    centre_distance_m: Floats
+    radial_distance_m: Floats
     offset_m: FloatArray
-    outer_radius_m: Floats
+    outer_centre_radius_m: Floats
 
 
 def _grooves(bearing: Bearing, growth: Growth | None) -> _Grooves:
     """The grooves of a bearing, with the growth of its rings and balls if there is one."""
     radial_distance_m = bearing.groove_centre_distance_m * np.cos(bearing.contact_angle_rad)
     if growth is None:
-        return _Grooves(radial_distance_m, bearing.groove_offset_m, bearing.outer_groove_radius_m)
+        return _Grooves(
+            radial_distance_m, bearing.groove_offset_m, bearing.outer_groove_centre_radius_m
+        )
     inner_growth_m, outer_growth_m = (
         growth.centre_displacement_m[:, 0],
         growth.centre_displacement_m[:, 1],
     )
     return _Grooves(
-        centre_distance_m=radial_distance_m + inner_growth_m - outer_growth_m,
+        radial_distance_m=radial_distance_m + inner_growth_m - outer_growth_m,
         offset_m=bearing.groove_offset_m + growth.offset_growth_m,
-        outer_radius_m=bearing.outer_groove_radius_m + outer_growth_m,
+        outer_centre_radius_m=bearing.outer_groove_centre_radius_m + outer_growth_m,
     )
 
 
@@ -269,7 +271,7 @@ def ball_force_scale_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
     return np.maximum(force_n, np.finfo(float).tiny)
 
 
-def raceway_control(
+def raceway_control_equilibrium(
     bearing: Bearing, points: OperatingPoints, gyroscopic_sign: float = 1.0
 ) -> QuasiStaticEquilibrium:
     """Equilibrium of balls and inner ring, with the motion of `rolling_motion`.
@@ -292,7 +294,9 @@ def raceway_control(
     def ball_state(unknowns: FloatArray, point_index: IndexArray) -> tuple[Contacts, Motion]:
         """Contacts and motion of the balls of the points `point_index`."""
         selected_points = points.at_points(point_index)
-        contacts = contacts_at(bearing, unknowns[..., :2], unknowns[..., 2], selected_points.growth)
+        contacts = normal_contacts(
+            bearing, unknowns[..., :2], unknowns[..., 2], selected_points.growth
+        )
         return contacts, rolling_motion(bearing, contacts, selected_points.ring_speed_rad_s)
 
     def residuals(unknowns: FloatArray, point_index: IndexArray) -> FloatArray:
@@ -341,12 +345,12 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
     grooves = _grooves(bearing, points.growth)
     # with one axis for the angles that are tried
     offset_m = np.broadcast_to(grooves.offset_m, (point_count, 2))[:, np.newaxis, :]
-    radial_distance_m = np.broadcast_to(grooves.centre_distance_m, point_count)[:, np.newaxis]
+    radial_distance_m = np.broadcast_to(grooves.radial_distance_m, point_count)[:, np.newaxis]
     # delta/Q^(2/3) of each contact
-    stiffness, _, _ = bearing.under_unit_load(np.full(2, cosine))
+    stiffness, _, _ = bearing.stiffness_and_unit_semi_axes(np.full(2, cosine))
     compliance = stiffness ** (-2 / 3)
 
-    def angles_and_lengths(inner_angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
+    def angles_and_ball_distances(inner_angle_rad: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Contact angles and distances from groove centre to ball centre, (..., 2)."""
         outer_cotangent = 1 / np.tan(inner_angle_rad) + relative_centrifugal[:, np.newaxis]
         outer_angle_rad = np.arctan2(1.0, outer_cotangent)
@@ -356,25 +360,25 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
 
     lowest_angle_rad = np.zeros((point_count, 1))
     interval_width_rad = np.pi
-    for _ in range(_NARROWINGS):
+    for _ in range(_NARROWING_COUNT):
         interval_width_rad /= _INTERVAL_PARTS
-        contact_angle_rad, centre_distance_m = angles_and_lengths(
+        contact_angle_rad, ball_distance_m = angles_and_ball_distances(
             lowest_angle_rad + interval_width_rad * np.arange(1, _INTERVAL_PARTS)
         )
-        radial_distance_of_angle_m = (centre_distance_m * np.cos(contact_angle_rad)).sum(axis=-1)
+        radial_distance_of_angle_m = (ball_distance_m * np.cos(contact_angle_rad)).sum(axis=-1)
         is_too_small = radial_distance_of_angle_m > radial_distance_m
         lowest_angle_rad = lowest_angle_rad + interval_width_rad * is_too_small.sum(
             axis=-1, keepdims=True
         )
-    contact_angle_rad, centre_distance_m = angles_and_lengths(
+    contact_angle_rad, ball_distance_m = angles_and_ball_distances(
         lowest_angle_rad + interval_width_rad / 2
     )
     contact_angle_rad = contact_angle_rad[:, 0]
-    centre_distance_m = centre_distance_m[:, 0]
-    direction = np.where(points.axial_load_n < 0, -1.0, 1.0)
-    axial_distance_m = direction[:, np.newaxis] * centre_distance_m * np.sin(contact_angle_rad)
+    ball_distance_m = ball_distance_m[:, 0]
+    load_direction = np.where(points.axial_load_n < 0, -1.0, 1.0)
+    axial_distance_m = load_direction[:, np.newaxis] * ball_distance_m * np.sin(contact_angle_rad)
     unloaded_axial_m = bearing.groove_centre_distance_m * np.sin(bearing.contact_angle_rad)
-    outer_radial_m = centre_distance_m[:, 1] * np.cos(contact_angle_rad[:, 1])
+    outer_radial_m = ball_distance_m[:, 1] * np.cos(contact_angle_rad[:, 1])
     return np.column_stack(
         [axial_distance_m[:, 1], outer_radial_m, axial_distance_m.sum(axis=1) - unloaded_axial_m]
     )

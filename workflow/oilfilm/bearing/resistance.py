@@ -12,20 +12,20 @@ import numpy as np
 
 from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, FloatArray, IndexArray
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.film import InletOil, thermal_reduction_factor
 from oilfilm.physics.oils import Oil
 
 # Names of the resistances beside traction.
-_RESISTANCES = ("rolling", "hysteresis", "drag", "pocket", "land")
-# Names of what has a factor, in the order of the columns of `Lubrication.factors`.
-FACTORS = ("traction", *_RESISTANCES)
+_RESISTANCE_NAMES = ("rolling", "hysteresis", "drag", "pocket", "land")
+# Names of the forces that have a factor, in the order of the columns of `Lubrication.factors`.
+FACTOR_NAMES = ("traction", *_RESISTANCE_NAMES)
 # Names of the heats that the power of the rings becomes: friction, and the oil that the inner ring
 # accelerates.
-HEATS = (*FACTORS, "momentum")
+HEAT_TERMS = (*FACTOR_NAMES, "momentum")
 # K_Z of `replenishment_factor` for single-row angular-contact ball bearings.
-_GEOMETRY_CONSTANT = 4.4
+_KZ_ANGULAR_CONTACT = 4.4
 _CST_PER_M2_S = 1e6
 
 
@@ -43,7 +43,7 @@ class Lubrication:
             NaN where the flow is not known.
         replenishment_constant: K_rs of `replenishment_factor`; 0 floods the contacts.
         ellipse_factor: Traction in the bearing's ellipse over that of the law.
-        factors: Factor on each of `FACTORS`, shape (points, factors), by which an uncertain
+        factors: Factor on each of `FACTOR_NAMES`, shape (points, factors), by which an uncertain
             resistance is varied; 1 otherwise.
     """
 
@@ -83,10 +83,10 @@ class Lubrication:
             carried_flow_m3_s=np.zeros(point_count),
             replenishment_constant=np.zeros(point_count),
             ellipse_factor=np.ones(point_count),
-            factors=np.ones((point_count, len(FACTORS))),
+            factors=np.ones((point_count, len(FACTOR_NAMES))),
         )
 
-    def with_inputs(self, inputs: Inputs) -> "Lubrication":
+    def with_inputs(self, inputs: InputValues) -> "Lubrication":
         """The lubrication with other values of the uncertain inputs."""
         return replace(
             self,
@@ -101,18 +101,18 @@ class Lubrication:
         """The points of several groups, one group after the other."""
         arrays = {
             name: np.concatenate([getattr(group, name) for group in groups])
-            for name in _ARRAY_NAMES
+            for name in _ARRAY_ATTRIBUTES
         }
         return cls(inlet_oil=InletOil.joined([group.inlet_oil for group in groups]), **arrays)
 
     def at_points(self, point_index: IndexArray) -> "Lubrication":
         """The lubrication of some of the points, by their indices."""
-        arrays = {name: getattr(self, name)[point_index] for name in _ARRAY_NAMES}
+        arrays = {name: getattr(self, name)[point_index] for name in _ARRAY_ATTRIBUTES}
         return Lubrication(inlet_oil=self.inlet_oil[point_index], **arrays)
 
     def factor(self, name: str) -> FloatArray:
-        """The factor on one of `FACTORS`, shape (points,)."""
-        return self.factors[:, FACTORS.index(name)]
+        """The factor on one of `FACTOR_NAMES`, shape (points,)."""
+        return self.factors[:, FACTOR_NAMES.index(name)]
 
     @property
     def traction_factor(self) -> FloatArray:
@@ -122,7 +122,7 @@ class Lubrication:
     def with_traction_factor(self, traction_factor: FloatArray) -> "Lubrication":
         """The lubrication with a factor on all traction, shape (points,)."""
         factors = self.factors.copy()
-        factors[:, FACTORS.index("traction")] = traction_factor
+        factors[:, FACTOR_NAMES.index("traction")] = traction_factor
         return replace(self, factors=factors)
 
     @property
@@ -140,14 +140,14 @@ class Lubrication:
         """Mass flow of the oil that leaves the inner ring with the ring's speed, (points,)."""
         return self.carried_flow_m3_s * self.oil_density_kg_m3
 
-    def replenishment(self, bearing: Bearing, speed_rad_s: FloatArray) -> FloatArray:
-        """`replenishment_factor` at each point, shape (points,).
+    def replenishment_factor(self, bearing: Bearing, speed_rad_s: FloatArray) -> FloatArray:
+        """Starvation of rolling resistance and film by `replenishment_factor`, shape (points,).
 
         Args:
             bearing: The bearing.
             speed_rad_s: Speed of one ring relative to the other.
         """
-        bore_m, outside_diameter_m = bearing.bore_and_outside_m
+        bore_m, outside_diameter_m = bearing.bore_and_outside_diameter_m
         kinematic_viscosity_m2_s = self.inlet_oil.dynamic_viscosity_pa_s / self.oil_density_kg_m3
         return replenishment_factor(
             self.replenishment_constant,
@@ -159,7 +159,7 @@ class Lubrication:
 
 
 # The attributes that are arrays of points.
-_ARRAY_NAMES = tuple(field.name for field in fields(Lubrication) if field.name != "inlet_oil")
+_ARRAY_ATTRIBUTES = tuple(field.name for field in fields(Lubrication) if field.name != "inlet_oil")
 
 
 def rolling_force_n(
@@ -190,7 +190,8 @@ def rolling_force_n(
     Returns:
         FR, in N.
 
-    Validity: fully flooded, isothermal inlet; at high speed multiply by `rolling_force_reduction`.
+    Validity: fully flooded, isothermal inlet; at high speed multiply by
+        `rolling_force_reduction_factor`.
 
     Reference: N. Biboulet and L. Houpert, Proc. Inst. Mech. Eng. J 224 (2010) 777, part 2.
 
@@ -249,7 +250,7 @@ def hysteresis_moment_n_m(
     return np.asarray(7.48e-7 * (ball_diameter_m / 2) ** 0.33 * load_n**1.33 * shape_factor)
 
 
-def rolling_force_reduction(
+def rolling_force_reduction_factor(
     relative_pressure: FloatArray, thermal_loading: FloatArray
 ) -> FloatArray:
     """Thermal reduction of the rolling force: phi_T of the film without slip.
@@ -335,7 +336,7 @@ def momentum_torque_n_m(
 
 
 def replenishment_factor(
-    constant: Floats,
+    constant_krs: Floats,
     kinematic_viscosity_m2_s: Floats,
     speed_rad_s: Floats,
     bore_m: float,
@@ -352,9 +353,9 @@ def replenishment_factor(
     too, as both come from the same inlet.
 
     Args:
-        constant: K_rs.
+        constant_krs: K_rs.
         kinematic_viscosity_m2_s: Kinematic viscosity nu.
-        speed_rad_s: Speed n.
+        speed_rad_s: Speed n of one ring relative to the other.
         bore_m: Bore d.
         outside_diameter_m: Outside diameter D.
 
@@ -375,10 +376,10 @@ def replenishment_factor(
     viscosity_cst = np.multiply(kinematic_viscosity_m2_s, _CST_PER_M2_S)
     speed_rpm = np.abs(speed_rad_s) / RAD_S_PER_RPM
     geometry_factor_mm = (bore_mm + outside_diameter_mm) * np.sqrt(
-        _GEOMETRY_CONSTANT / (2 * (outside_diameter_mm - bore_mm))
+        _KZ_ANGULAR_CONTACT / (2 * (outside_diameter_mm - bore_mm))
     )
     return np.asarray(
-        np.exp(-np.multiply(constant, viscosity_cst) * speed_rpm * geometry_factor_mm)
+        np.exp(-np.multiply(constant_krs, viscosity_cst) * speed_rpm * geometry_factor_mm)
     )
 
 

@@ -10,7 +10,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 # A point is solved where its largest residual is at most this.
 TOLERANCE = 1e-10
 # Step of a finite difference, relative to the scale of its unknown.
-_DIFFERENCE = 1e-7
+_FINITE_DIFFERENCE = 1e-7
 # Longest step of an unknown, in its scale. A longer step is shortened for all unknowns alike.
 _LONGEST_STEP = 0.3
 # Steps with one Jacobian (chord steps).
@@ -36,7 +36,8 @@ _DAMPING_FACTOR = 4
 _BROYDEN_STEPS = 20
 _BROYDEN_TOLERANCE = 1e-12
 
-# Keeps the equations regular where a ball touches nothing, so that no force depends on it.
+# Added to the diagonal of the Jacobian. The equations stay regular where a ball touches nothing, so
+# that no force depends on its position.
 _SMALLEST_DIAGONAL = 1e-12
 
 
@@ -52,7 +53,7 @@ class Solution:
     Attributes:
         unknowns: Shape (points, unknowns).
         residual: Largest residual of each point, in the equations' scale.
-        converged: True where `residual` is at most 1e-10.
+        converged: True where `residual` is at most `TOLERANCE`.
     """
 
     unknowns: FloatArray
@@ -130,7 +131,9 @@ def _chord_steps(
     """Steps of the unsolved points with one Jacobian, in place, for as long as they help."""
     remaining_index = unsolved_index
     unknowns = iterates.unknowns[remaining_index]
-    residual, jacobian = _linearised(equations, unknowns, scale[remaining_index], remaining_index)
+    residual, jacobian = _residual_and_jacobian(
+        equations, unknowns, scale[remaining_index], remaining_index
+    )
     iterates.largest_residual[remaining_index] = _largest_residual(residual)
     diagonal = (iterates.damping[remaining_index] + _SMALLEST_DIAGONAL)[:, np.newaxis, np.newaxis]
     inverse_matrix = np.linalg.inv(diagonal * np.eye(unknowns.shape[1]) - jacobian)
@@ -138,7 +141,8 @@ def _chord_steps(
         step = np.einsum("pij,pj->pi", inverse_matrix, residual)
         length = np.abs(step).max(axis=1)
         trial_unknowns = (
-            unknowns + _shortening(length)[:, np.newaxis] * step * scale[remaining_index]
+            unknowns
+            + _step_shortening_factor(length)[:, np.newaxis] * step * scale[remaining_index]
         )
         residual = equations(trial_unknowns, remaining_index)
         largest_residual = _largest_residual(residual)
@@ -188,7 +192,7 @@ def solve_near(
     for _ in range(_BROYDEN_STEPS):
         largest_residual[remaining_index] = _largest_residual(residual)
         step = np.einsum("pij,pj->pi", inverse_jacobian, residual)
-        step *= _shortening(np.abs(step).max(axis=1))[:, np.newaxis]
+        step *= _step_shortening_factor(np.abs(step).max(axis=1))[:, np.newaxis]
         current_unknowns = current_unknowns + step * scale[remaining_index]
         # The step from a root is not checked: its residuals would be rounding, and an updated
         # inverse would turn rounding into a direction.
@@ -201,8 +205,10 @@ def solve_near(
         if len(remaining_index) == 0:
             break
         new_residual = equations(current_unknowns, remaining_index)
-        change = residual[is_unsolved] - new_residual
-        inverse_jacobian = broyden_update(inverse_jacobian[is_unsolved], step[is_unsolved], change)
+        residual_change = residual[is_unsolved] - new_residual
+        inverse_jacobian = broyden_update(
+            inverse_jacobian[is_unsolved], step[is_unsolved], residual_change
+        )
         residual = new_residual
     # a point that is not at a root after all steps is judged where its last step ended
     if len(remaining_index):
@@ -210,53 +216,58 @@ def solve_near(
     return Solution(unknowns, largest_residual, largest_residual <= TOLERANCE)
 
 
-def broyden_update(inverse: FloatArray, step: FloatArray, change: FloatArray) -> FloatArray:
+def broyden_update(
+    inverse_jacobian: FloatArray, step: FloatArray, residual_change: FloatArray
+) -> FloatArray:
     """Inverse of the nearest Jacobian that maps a step to the change of residuals in it.
 
         H + (s - H c) (s^T H) / (s^T H c)
 
     Args:
-        inverse: Inverse Jacobian H of each point, shape (points, n, n).
+        inverse_jacobian: Inverse Jacobian H of each point, shape (points, n, n).
         step: Step s of the unknowns, shape (points, n).
-        change: Change c of the residuals in this step, shape (points, n), with the sign of H: where
-            the equations are linear, H c is the step.
+        residual_change: Change c of the residuals in this step, shape (points, n), with the sign of
+            H: where the equations are linear, H c is the step.
     """
-    expected_step = np.einsum("pij,pj->pi", inverse, change)
-    step_times_inverse = np.einsum("pi,pij->pj", step, inverse)
+    expected_step = np.einsum("pij,pj->pi", inverse_jacobian, residual_change)
+    step_times_inverse = np.einsum("pi,pij->pj", step, inverse_jacobian)
     denominator = np.einsum("pi,pi->p", step, expected_step)
     # without a denominator the inverse stays as it is
     weight = np.divide(1.0, denominator, out=np.zeros_like(denominator), where=denominator != 0)
     return np.asarray(
-        inverse + np.einsum("p,pi,pj->pij", weight, step - expected_step, step_times_inverse)
+        inverse_jacobian
+        + np.einsum("p,pi,pj->pij", weight, step - expected_step, step_times_inverse)
     )
 
 
 def inverse_jacobian(equations: Equations, unknowns: FloatArray, scale: FloatArray) -> FloatArray:
     """Matrices that turn residuals into Newton steps in the unknowns' scale: (points, n, n)."""
-    _, jacobian = _linearised(equations, unknowns, scale, np.arange(len(unknowns)))
+    _, jacobian = _residual_and_jacobian(equations, unknowns, scale, np.arange(len(unknowns)))
     regular_matrix = _SMALLEST_DIAGONAL * np.eye(unknowns.shape[1]) - jacobian
     return np.asarray(np.linalg.inv(regular_matrix), dtype=np.float64)
 
 
-def _linearised(
+def _residual_and_jacobian(
     equations: Equations, unknowns: FloatArray, scale: FloatArray, point_index: IndexArray
 ) -> tuple[FloatArray, FloatArray]:
     """Residuals, and their derivatives by the scaled unknowns, from one call of the equations."""
     unknown_count = unknowns.shape[1]
     # the first row moves no unknown, each other row moves one of them
-    moves = np.eye(unknown_count + 1, unknown_count, k=-1)[:, np.newaxis] * _DIFFERENCE * scale
-    residuals = equations(unknowns + moves, point_index)
-    derivatives = (residuals[1:] - residuals[0]) / _DIFFERENCE
+    displacements = (
+        np.eye(unknown_count + 1, unknown_count, k=-1)[:, np.newaxis] * _FINITE_DIFFERENCE * scale
+    )
+    residuals = equations(unknowns + displacements, point_index)
+    derivatives = (residuals[1:] - residuals[0]) / _FINITE_DIFFERENCE
     return residuals[0], np.moveaxis(derivatives, 0, -1)
 
 
 def _largest_residual(residuals: FloatArray) -> FloatArray:
-    """Largest residual of each point; infinite where a residual is not finite."""
-    size = np.abs(residuals).max(axis=-1)
-    return np.where(np.isfinite(size), size, np.inf)
+    """Largest absolute residual of each point; infinite where a residual is not finite."""
+    largest_residual = np.abs(residuals).max(axis=-1)
+    return np.where(np.isfinite(largest_residual), largest_residual, np.inf)
 
 
-def _shortening(length: FloatArray) -> FloatArray:
+def _step_shortening_factor(length: FloatArray) -> FloatArray:
     """Factor on a step, by its length, that limits it to the longest step allowed."""
     return _LONGEST_STEP / np.maximum(length, _LONGEST_STEP)
 

@@ -9,11 +9,11 @@ from dataclasses import replace
 import numpy as np
 
 from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
-from oilfilm.bearing.ellipse import sliding, traction
+from oilfilm.bearing.ellipse import sliding_in_ellipses, traction_in_ellipses
 from oilfilm.bearing.friction import FrictionEquilibrium
-from oilfilm.bearing.resistance import HEATS
+from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.physics.contact import Conditions, Floats
-from oilfilm.physics.film import film_thickness, within_thermal_reduction
+from oilfilm.physics.film import film_thickness, is_in_thermal_reduction_range
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 
 # Relative accuracy with which a rig holds a level.
@@ -28,9 +28,9 @@ def torque_terms(
     """Torque on the inner ring with its terms, motion and residuals, one array per column.
 
     A term is its heat over the speed of the inner ring. With the outer ring at rest the terms of
-    `HEATS` add up to the moment that turns the inner ring. The term momentum is NaN where the flow
-    of oil is not known; the torque is one without it then. The terms gross, spin, differential and
-    gyroscopic divide the term traction by the kind of sliding.
+    `HEAT_TERMS` add up to the moment that turns the inner ring. Where the flow of oil is not known,
+    the term momentum is NaN and the torque does not include it. The terms gross, spin, differential
+    and gyroscopic divide the term traction by the kind of sliding.
 
     Balls and cage exert less on the outer ring, because the oil between the rings takes the drag. A
     torque sensor on the housing measures the drag too.
@@ -47,10 +47,10 @@ def torque_terms(
     balance = equilibrium.balance
     ball_count = equilibrium.problem.bearing.ball_count
     inner_speed_rad_s = equilibrium.problem.points.ring_speed_rad_s[:, 0]
-    # a division by infinity: no torque where nothing turns
+    # infinite at rest, so that there is no torque where nothing turns
     divisor_rad_s = np.where(inner_speed_rad_s == 0, np.inf, inner_speed_rad_s)
-    heat_w_of_term = dict(zip(HEATS, balance.heats_w, strict=True))
-    heat_w_of_term.update(_heat_by_sliding(equilibrium))
+    heat_w_of_term = dict(zip(HEAT_TERMS, balance.heats_w, strict=True))
+    heat_w_of_term.update(_traction_heat_by_sliding(equilibrium))
     torque_n_m = equilibrium.torque_n_m()
     heat_w = ball_count * np.sum(balance.heats_w, axis=0)
     contact_angle_deg = np.degrees(balance.contacts.contact_angle_rad)
@@ -58,7 +58,7 @@ def torque_terms(
     pressure_gpa = conditions.max_hertz_pressure_gpa
     speed_m_s = conditions.entrainment_speed_m_s
     mean_slide_roll_ratio = _mean_slide_roll_ratio(equilibrium)
-    lambda_ratio, film_in_range = film_ratio(equilibrium)
+    lambda_ratio, film_in_range = worst_lambda_ratio(equilibrium)
     torque_of_term = {
         f"{name}_torque_n_m": ball_count * heat_w_of_ball / divisor_rad_s
         for name, heat_w_of_ball in heat_w_of_term.items()
@@ -111,10 +111,10 @@ def _film_columns(
     node_heat_w = node_heat_w * (load_n * speed_m_s)[..., np.newaxis]
     # every law is 0 at S = 0, so that slips below the lowest tested one are interpolated
     tested_slip = (0.0, tested_ranges["slide_roll_ratio"][1])
-    is_beyond_slip = _is_beyond(film_traction.slide_roll_ratio, tested_slip)
-    is_beyond_pressure = _is_beyond(pressure_gpa, tested_ranges["max_hertz_pressure_gpa"])
-    is_beyond_speed = _is_beyond(speed_m_s, tested_ranges["entrainment_speed_m_s"])
-    is_beyond_temperature = _is_beyond(
+    beyond_slip = _beyond_range_indicator(film_traction.slide_roll_ratio, tested_slip)
+    beyond_pressure = _beyond_range_indicator(pressure_gpa, tested_ranges["max_hertz_pressure_gpa"])
+    beyond_speed = _beyond_range_indicator(speed_m_s, tested_ranges["entrainment_speed_m_s"])
+    beyond_temperature = _beyond_range_indicator(
         conditions.inlet_temperature_c, tested_ranges["inlet_temperature_c"]
     )
     # mu is the mean shear stress of a contact over its mean pressure
@@ -129,10 +129,10 @@ def _film_columns(
         "contacts_over_stress_limit": (
             equilibrium.problem.bearing.ball_count * is_over_limit.sum(axis=1)
         ),
-        "share_beyond_slip": _weighted_mean(is_beyond_slip, node_heat_w),
-        "share_beyond_pressure": _weighted_mean(is_beyond_pressure, film_traction.heat_w),
-        "share_beyond_speed": _weighted_mean(is_beyond_speed, film_traction.heat_w),
-        "share_beyond_temperature": _weighted_mean(is_beyond_temperature, film_traction.heat_w),
+        "share_beyond_slip": _weighted_mean(beyond_slip, node_heat_w),
+        "share_beyond_pressure": _weighted_mean(beyond_pressure, film_traction.heat_w),
+        "share_beyond_speed": _weighted_mean(beyond_speed, film_traction.heat_w),
+        "share_beyond_temperature": _weighted_mean(beyond_temperature, film_traction.heat_w),
     }
 
 
@@ -155,11 +155,11 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     problem, balance = equilibrium.problem, equilibrium.balance
     ring_speed_rad_s = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
-    sliding_state = sliding(
+    sliding_state = sliding_in_ellipses(
         problem.bearing, balance.contacts, balance.motion, ring_speed_rad_s, finer_rule
     )
     traction_factor = problem.lubrication.traction_factor
-    finer_traction = traction(
+    finer_traction = traction_in_ellipses(
         balance.contacts,
         sliding_state,
         balance.conditions,
@@ -172,14 +172,16 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     )
 
 
-def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
-    """Minimum film over combined Rq in the worst contact, and whether the formula holds.
+def worst_lambda_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]:
+    """Smaller lambda of the two contacts, and whether the formula of the film holds.
+
+    Lambda is the minimum film over the combined Rq.
 
     Starvation reduces the film, and so does inlet heating (thermal reduction). The latter is
     calculated with the slide-roll ratio averaged over the ellipse by load.
 
     Returns:
-        Film over roughness, NaN outside the range of the thermal reduction; True where both
+        Lambda, NaN outside the range of the thermal reduction; True where both
         contacts are within that range. Both have the shape (points,).
     """
     problem = equilibrium.problem
@@ -190,14 +192,16 @@ def film_ratio(equilibrium: FrictionEquilibrium) -> tuple[FloatArray, BoolArray]
     conditions = replace(conditions, load_n=load_n)
     film_m = film_thickness(oil, conditions, _mean_slide_roll_ratio(equilibrium), "minimum")
     thermal_loading = oil.thermal_loading(conditions.entrainment_speed_m_s)
-    is_contact_in_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    is_contact_in_range = is_in_thermal_reduction_range(
+        conditions.relative_pressure, thermal_loading
+    )
     film_in_range = np.asarray(is_contact_in_range.all(axis=1))
-    thinnest_film_m = film_m.min(axis=1) * problem.replenishment()
+    thinnest_film_m = film_m.min(axis=1) * problem.replenishment_factor()
     lambda_ratio = thinnest_film_m / problem.bearing.roughness_rq_m
     return np.where(film_in_range, lambda_ratio, np.nan), film_in_range
 
 
-def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
+def _traction_heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     """Heat of traction by the kind of sliding, shape (points,) each. They add up to all of it.
 
     t is the rolling direction, as in `ellipse`.
@@ -213,23 +217,25 @@ def _heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, FloatArray]:
     orbital_speed_m_s = (
         sliding_state.race_speed_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
     )
-    roll_heat_in_middle_w = (
-        sliding_state.relative_roll_rad_s * sliding_state.middle_height_m * forces.along_n
+    middle_roll_heat_w = (
+        sliding_state.relative_roll_rad_s * sliding_state.middle_height_m * forces.force_along_n
     )
     # spin of the ball about t; the slice keeps the axis of the contacts
     tangent_spin_rad_s = balance.motion.spin_rad_s[:, 2:]
     heats_w = {
-        "gross": forces.along_n * orbital_speed_m_s + roll_heat_in_middle_w,
-        "spin": -sliding_state.relative_spin_rad_s * forces.about_normal_n_m,
-        "differential": -sliding_state.relative_roll_rad_s * forces.about_across_n_m
-        - roll_heat_in_middle_w,
-        "gyroscopic": -tangent_spin_rad_s * forces.about_tangent_n_m,
+        "gross": forces.force_along_n * orbital_speed_m_s + middle_roll_heat_w,
+        "spin": -sliding_state.relative_spin_rad_s * forces.moment_about_normal_n_m,
+        "differential": -sliding_state.relative_roll_rad_s * forces.moment_about_across_n_m
+        - middle_roll_heat_w,
+        "gyroscopic": -tangent_spin_rad_s * forces.moment_about_tangent_n_m,
     }
     return {name: heat_w.sum(axis=1) for name, heat_w in heats_w.items()}
 
 
-def _is_beyond(values: FloatArray, tested_range: FloatArray | tuple[float, float]) -> FloatArray:
-    """1 outside the tested range, 0 inside, NaN where the range is unknown.
+def _beyond_range_indicator(
+    values: FloatArray, tested_range: FloatArray | tuple[float, float]
+) -> FloatArray:
+    """1.0 where a value is outside the tested range, 0.0 inside, NaN where the range is unknown.
 
     The range is widened by the accuracy with which a rig holds a level.
     """
@@ -239,8 +245,8 @@ def _is_beyond(values: FloatArray, tested_range: FloatArray | tuple[float, float
     # temperatures may be below 0
     is_below = values < lowest - _LEVEL_ACCURACY * np.abs(lowest)
     is_above = values > highest + _LEVEL_ACCURACY * np.abs(highest)
-    is_beyond_range = (is_below | is_above).astype(float)
-    return np.where(np.isfinite(lowest + highest), is_beyond_range, np.nan)
+    indicator = (is_below | is_above).astype(float)
+    return np.where(np.isfinite(lowest + highest), indicator, np.nan)
 
 
 def _weighted_mean(values: FloatArray, weights: FloatArray) -> FloatArray:

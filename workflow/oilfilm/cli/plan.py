@@ -17,9 +17,9 @@ from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.answers import CAUSES, Budget
+from oilfilm.torque.answers import CAUSE_BY_NAME, UncertaintyBudget
 from oilfilm.torque.feasible_tests import limits_with_counts
-from oilfilm.torque.next_tests import NextTests, Request, plan_oil, request_from_settings
+from oilfilm.torque.next_tests import NextTests, PlanRequest, plan_tests, request_from_settings
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs
 from oilfilm.torque.wanted_quantities import BEARING_TARGETS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
@@ -117,7 +117,7 @@ def _plans_of_tests(
     options: argparse.Namespace,
     results: CampaignTables,
     settings: Settings,
-    request: Request,
+    request: PlanRequest,
     results_folder: str,
 ) -> tuple[list[str], list[str]]:
     """Plans of tests as texts, one per oil and target, and the reasons for missing plans."""
@@ -127,7 +127,7 @@ def _plans_of_tests(
     fitted_oil_names = [oil_name for oil_name in settings.oils if oil_name in fitted_oils]
     for oil_name in _chosen_oils(options, fitted_oil_names, f"{results_folder}: no fit of oil"):
         try:
-            for next_tests in plan_oil(results, settings, oil_name, request):
+            for next_tests in plan_tests(results, settings, oil_name, request):
                 lines = _lines_of_tests(next_tests, request.test_count, settings)
                 texts.append("\n".join(lines))
         except OilfilmError as reason:
@@ -150,7 +150,7 @@ def _print_first_plan(options: argparse.Namespace, settings: Settings) -> int:
     oil_names = _chosen_oils(options, list(settings.oils), message_start)
     texts = []
     for oil_name in oil_names:
-        plan = plan_runs(MeasuredRuns.none(), settings, oil_name)
+        plan = plan_runs(MeasuredRuns.empty(), settings, oil_name)
         texts.append("\n".join(_lines_of_runs(plan)))
     print("\n\n".join(texts))
     print(f"from campaign {campaign_name}, which has no results yet")
@@ -197,7 +197,7 @@ def _chosen_oils(
 
 def _requested_plan(
     options: argparse.Namespace, settings: Settings, settings_folder: Path
-) -> Request:
+) -> PlanRequest:
     """What the plan shall contain, by the options, else by the settings."""
     bearing_name = options.bearing
     geometry = None
@@ -274,7 +274,7 @@ def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
 
 
 def _lines_of_budget(
-    oil_name: str, target: str, budget: Budget, irreducible: float
+    oil_name: str, target: str, budget: UncertaintyBudget, irreducible: float
 ) -> Iterator[str]:
     """The whole uncertainty of a target in a bearing, and what to measure in place of traction.
 
@@ -291,9 +291,9 @@ def _lines_of_budget(
         f"of {budget.law_share:.0%} in its variance. With exact traction it would be "
         f"{_uncertainty_text(target, irreducible)}."
     )
-    if budget.is_by_traction:
+    if budget.is_reducible_by_tests:
         return
-    cause = CAUSES[budget.largest_cause]
+    cause = CAUSE_BY_NAME[budget.largest_cause]
     yield (
         f"The largest share is {budget.largest_share:.0%}: {cause.meaning}. "
         f"Measure {cause.quantity_to_measure} instead."
@@ -318,7 +318,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         yield from _lines_of_budget(
             plan.oil_name, target, plan.budget, plan.irreducible_uncertainty
         )
-        if target == "torque" and not plan.budget.is_by_traction:
+        if target == "torque" and not plan.budget.is_reducible_by_tests:
             return
     target_in_words, _, _ = _PRINTED_TARGETS[target]
     information = plan.information

@@ -468,7 +468,7 @@ def _adore_constants(
     coefficients = description.coefficients_at(group_values)
     nodes = {name: expression.name_node(name) for name in coefficients}
     expressions = [expression.parse(text, nodes) for text in description.law.adore or ()]
-    evaluate = expression.compiled(list(coefficients), expressions)
+    evaluate = expression.compile_function(list(coefficients), expressions)
     a, b, c, d = evaluate(*coefficients.values())
     return float(a), float(b), float(c), float(d)
 

@@ -13,7 +13,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA
 from oilfilm.exports.description import SLIP, Description, LawVariable, plain_text, range_text
-from oilfilm.traction.expression import Form, Language, functions_of
+from oilfilm.traction.expression import Form, Language, function_names
 
 _EXPRESSION_WIDTH = 88  # leaves room for indentation within Fortran's 132 columns
 _NUMPY_FUNCTIONS = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "abs", "sign")
@@ -106,7 +106,7 @@ class TargetLanguage:
     def source(self, description: Description) -> str:
         """The source code of two functions: mu, and whether it is extrapolated."""
         steps = description.steps()
-        used_functions = functions_of([value for _, value in steps])
+        used_functions = function_names([value for _, value in steps])
         arguments = description.arguments
         return TEMPLATES.get_template(f"{self.template}.jinja").render(
             name=description.identifier,

@@ -195,9 +195,9 @@ def _solve(
     """
     randoms = [generator(seed, "search", oil, number) for number in range(settings.searches)]
     optima = search(problem, settings, randoms)
-    if problem.law.nested is not None:
+    if problem.law.nested_law is not None:
         random = generator(seed, "nested", oil)
-        optima.append(_from_nested(problem, problem.law.nested, settings, random))
+        optima.append(_from_nested(problem, problem.law.nested_law, settings, random))
     problem, optima = _with_bounds_held(problem, optima)
     optimum = min(optima, key=lambda optimum: optimum.sse)
     naive = naive_covariance(problem, optimum)
@@ -222,15 +222,15 @@ def _solve(
 
 
 def _from_nested(
-    problem: Problem, nested: Law, settings: FitSettings, random: np.random.Generator
+    problem: Problem, nested_law: Law, settings: FitSettings, random: np.random.Generator
 ) -> Optimum:
     """One more search, from the optimum of a law that is a special case of the problem's law."""
-    nested_problem = build_problem(nested, problem.data, problem.is_followed_condition)
+    nested_problem = build_problem(nested_law, problem.data, problem.is_followed_condition)
     (nested_optimum,) = search(nested_problem, settings, [random])
     nested_constants = nested_problem.expand(nested_optimum.constants)
     value_by_name = {
         constant.name: value
-        for constant, value in zip(nested.constants, nested_constants, strict=True)
+        for constant, value in zip(nested_law.constants, nested_constants, strict=True)
     }
     start = [value_by_name.get(constant.name, constant.lower) for constant in problem.law.constants]
     return polish(problem, np.array(start)[problem.is_free])

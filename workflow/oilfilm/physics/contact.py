@@ -15,6 +15,7 @@ import scipy
 
 from oilfilm.base.units import PA_PER_GPA, FloatArray
 
+# A number or an array of numbers, in the unit of the argument.
 Floats = FloatArray | float
 
 
@@ -299,6 +300,7 @@ _C11 = np.array(
     """.split(),
     dtype=float,
 ).reshape(2, -1)
+# Poisson's ratio of the bodies, assumed.
 _POISSON_RATIO = 0.3
 
 

@@ -107,7 +107,7 @@ def thermal_reduction_factor(
         phi_T, 1 where L = 0.
 
     Validity: an empirical fit, not clipped here. On steel at 1.5 GPa its numerator is negative for
-        L above about 300. `within_thermal_reduction` returns where it is within its range.
+        L above about 300. `is_in_thermal_reduction_range` returns where it is within its range.
 
     Reference: P. K. Gupta, H. S. Cheng, D. Zhu, N. H. Forster and J. B. Schrand, Viscoelastic
         effects in MIL-L-7808-type lubricant, Part I, Tribol. Trans. 35 (1992) 269.
@@ -124,7 +124,7 @@ def thermal_reduction_factor(
     return np.asarray(_reduction_numerator(relative_pressure, thermal_loading) / (1 + shear_term))
 
 
-def within_thermal_reduction(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
+def is_in_thermal_reduction_range(relative_pressure: Floats, thermal_loading: Floats) -> BoolArray:
     """Whether phi_T is within its range, where its numerator is clearly above zero.
 
     Outside the range a small or negative film is an artefact of the fit.
@@ -236,10 +236,10 @@ def film_thickness(
         >>> print(f"{film_thickness(oil, contact, 0.3, 'minimum') * 1e6:.3f} um")
         0.161 um
     """
-    isothermal_m = isothermal_film_thickness(inlet_oil, conditions, film_kind)
+    isothermal_thickness_m = isothermal_film_thickness(inlet_oil, conditions, film_kind)
     thermal_loading = inlet_oil.thermal_loading(conditions.entrainment_speed_m_s)
     relative_pressure = conditions.relative_pressure
-    return isothermal_m * thermal_reduction_factor(
+    return isothermal_thickness_m * thermal_reduction_factor(
         relative_pressure, slide_roll_ratio, thermal_loading
     )
 
@@ -287,27 +287,30 @@ def contact_film(
     )
     thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, film_kind)
     thermal_loading = inlet_oil.thermal_loading(speed_m_s)
-    is_within_range = within_thermal_reduction(conditions.relative_pressure, thermal_loading)
+    is_within_range = is_in_thermal_reduction_range(conditions.relative_pressure, thermal_loading)
     thickness_m = np.where(np.isfinite(thickness_m) & is_within_range, thickness_m, np.nan)
     return thickness_m, thickness_m / contact.roughness_rq_m
 
 
 def film_viscosity_ratio(
-    oil: Oil, max_hertz_pressure_gpa: FloatArray, inlet_c: FloatArray, rise_k: FloatArray
+    oil: Oil,
+    max_hertz_pressure_gpa: FloatArray,
+    inlet_temperature_c: FloatArray,
+    temperature_rise_k: FloatArray,
 ) -> FloatArray:
     """Viscosity of a film at its inlet's temperature over that at a higher one, at mean pressure.
 
         eta(T) / eta(T + dT),   eta = eta0(T) exp(alpha(T) 2/3 p0)   (Barus 1893)
 
     Args:
-        oil: Its properties.
+        oil: The oil.
         max_hertz_pressure_gpa: p0, shape (points,).
-        inlet_c: T in degC, shape (points,).
-        rise_k: dT, shape (points,).
+        inlet_temperature_c: T, shape (points,).
+        temperature_rise_k: dT, shape (points,).
     """
     mean_pressure_pa = 2 / 3 * PA_PER_GPA * max_hertz_pressure_gpa
-    inlet_oil = InletOil.from_oil(oil, inlet_c)
-    warm_oil = InletOil.from_oil(oil, inlet_c + rise_k)
+    inlet_oil = InletOil.from_oil(oil, inlet_temperature_c)
+    warm_oil = InletOil.from_oil(oil, inlet_temperature_c + temperature_rise_k)
     alpha_difference_1_pa = np.subtract(
         inlet_oil.pressure_viscosity_coefficient_1_pa, warm_oil.pressure_viscosity_coefficient_1_pa
     )

@@ -23,7 +23,7 @@ LIMITING_STRESS_RATIO = 0.12
 # Arrays of floats, or of complex numbers to differentiate a formula.
 AnyArray = npt.NDArray[Any]
 # Imaginary step of the temperature. Its square vanishes, so that the derivative is exact.
-_STEP_K = 1e-30
+_IMAGINARY_STEP_K = 1e-30
 
 
 @dataclass(frozen=True)
@@ -63,17 +63,17 @@ class Oil:
         name: Full name.
         display_name: Full name in texts; figures and tables show the id.
         nominal_kinematic_viscosity_100c_cst: Grade of the oil, in cSt (mm2/s) at 100 degC.
-        stand_in: True where the properties are those of a similar oil.
+        stand_in: True where the properties are those of a similar oil, which stands in for it.
         note: Remark on the source of the properties.
         source: Source of the properties.
         relative_uncertainty: Relative half-width of a property's uncertainty, by property name.
         density: Density, in kg/m3.
         specific_heat: Specific heat, in J/(kg K).
         thermal_conductivity: Thermal conductivity, in W/(m K).
-        model: Key of `FORMULAS`.
+        model: Name of the formulas of viscosity, a key of `FORMULAS_BY_MODEL`.
         coefficients: Constants of the formulas, by name.
         limiting_stress_ratio: Limiting shear stress over pressure; see `LIMITING_STRESS_RATIO`.
-        pressure_rule: Key of `PRESSURE_RULES`, for a `model` without a rule of its own.
+        pressure_rule: Key of `PRESSURE_VISCOSITY_RULES`, for a `model` without a rule of its own.
         pressure_viscosity: alpha in 1/Pa, where it is given.
     """
 
@@ -96,18 +96,22 @@ class Oil:
 
     def dynamic_viscosity_pa_s(self, temperature_c: Floats) -> FloatArray:
         """Dynamic viscosity eta, in Pa s."""
-        return np.asarray(FORMULAS[self.model].viscosity(self, _kelvin(temperature_c)))
+        return np.asarray(FORMULAS_BY_MODEL[self.model].viscosity(self, _kelvin(temperature_c)))
 
     def pressure_viscosity_coefficient_1_pa(self, temperature_c: Floats) -> FloatArray:
         """Pressure-viscosity coefficient alpha, in 1/Pa."""
-        return np.asarray(FORMULAS[self.model].pressure_viscosity(self, _kelvin(temperature_c)))
+        return np.asarray(
+            FORMULAS_BY_MODEL[self.model].pressure_viscosity(self, _kelvin(temperature_c))
+        )
 
     def temperature_viscosity_coefficient_1_k(self, temperature_c: Floats) -> FloatArray:
         """Temperature-viscosity coefficient beta = -d ln(eta)/dT, in 1/K."""
         # a missing temperature is NaN
         with np.errstate(invalid="ignore"):
-            viscosity = FORMULAS[self.model].viscosity(self, _kelvin(temperature_c) + 1j * _STEP_K)
-        return np.asarray(-np.imag(viscosity) / np.real(viscosity) / _STEP_K)
+            viscosity = FORMULAS_BY_MODEL[self.model].viscosity(
+                self, _kelvin(temperature_c) + 1j * _IMAGINARY_STEP_K
+            )
+        return np.asarray(-np.imag(viscosity) / np.real(viscosity) / _IMAGINARY_STEP_K)
 
     def kinematic_viscosity_m2_s(self, temperature_c: Floats) -> FloatArray:
         """Kinematic viscosity nu = eta/rho, in m2/s."""
@@ -176,7 +180,7 @@ def _mil_l_23699_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArr
     Reference: as `_mil_l_23699_viscosity`.
     """
     coefficients = oil.coefficients
-    eta_pa_s = FORMULAS[oil.model].viscosity(oil, temperature_k)
+    eta_pa_s = FORMULAS_BY_MODEL[oil.model].viscosity(oil, temperature_k)
     exponent = coefficients["pressure_viscosity_exponent"] * np.log(eta_pa_s)
     return np.exp(exponent - coefficients["pressure_viscosity_offset"]) / eta_pa_s
 
@@ -314,7 +318,7 @@ def _roelands_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     )
 
 
-def so_klaus_1_pa(
+def so_klaus_coefficient_1_pa(
     viscosity_cst: Floats, walther_slope: Floats, density_kg_m3: Floats
 ) -> FloatArray:
     """Pressure-viscosity coefficient of an oil from its viscosity, Walther slope and density.
@@ -351,7 +355,7 @@ def so_klaus_1_pa(
     return np.asarray(1e-8 * alpha)
 
 
-def roelands_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
+def roelands_coefficient_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
     """Pressure-viscosity coefficient at ambient pressure by Roelands' index z.
 
         alpha = z (ln eta + 9.67)/0.1962 GPa,   eta in Pa s
@@ -380,29 +384,29 @@ def _given_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
 
 
 def _so_klaus_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
-    """alpha by `so_klaus_1_pa`, with the Walther slope between 40 and 100 degC."""
-    viscosity = FORMULAS[oil.model].viscosity
+    """alpha by `so_klaus_coefficient_1_pa`, with the Walther slope between 40 and 100 degC."""
+    viscosity = FORMULAS_BY_MODEL[oil.model].viscosity
     end_temperatures_k = np.array([40.0, 100.0]) - ABSOLUTE_ZERO_C
     end_viscosities_cst = (
         viscosity(oil, end_temperatures_k) / oil.density.value_at(end_temperatures_k) * 1e6
     )
     walther_slope = walther_coefficients(end_temperatures_k, end_viscosities_cst)["viscosity_slope"]
     density_kg_m3 = oil.density.value_at(temperature_k)
-    return so_klaus_1_pa(
+    return so_klaus_coefficient_1_pa(
         viscosity(oil, temperature_k) / density_kg_m3 * 1e6, walther_slope, density_kg_m3
     )
 
 
 def _roelands_pressure_viscosity(oil: Oil, temperature_k: AnyArray) -> AnyArray:
-    """alpha by `roelands_1_pa`."""
-    viscosity = FORMULAS[oil.model].viscosity
-    return roelands_1_pa(viscosity(oil, temperature_k), oil.coefficients["roelands_z"])
+    """alpha by `roelands_coefficient_1_pa`."""
+    viscosity = FORMULAS_BY_MODEL[oil.model].viscosity
+    return roelands_coefficient_1_pa(viscosity(oil, temperature_k), oil.coefficients["roelands_z"])
 
 
 # A property of an oil, by its temperature in K.
-Formula = Callable[[Oil, AnyArray], AnyArray]
+OilFormula = Callable[[Oil, AnyArray], AnyArray]
 # Pressure-viscosity coefficient of an oil whose `model` has no rule for it.
-PRESSURE_RULES: dict[str, Formula] = {
+PRESSURE_VISCOSITY_RULES: dict[str, OilFormula] = {
     "given": _given_pressure_viscosity,
     "so-klaus": _so_klaus_pressure_viscosity,
     "roelands": _roelands_pressure_viscosity,
@@ -411,18 +415,18 @@ PRESSURE_RULES: dict[str, Formula] = {
 
 def _pressure_viscosity_by_rule(oil: Oil, temperature_k: AnyArray) -> AnyArray:
     """alpha by the rule that the oil's file names."""
-    return PRESSURE_RULES[oil.pressure_rule](oil, temperature_k)
+    return PRESSURE_VISCOSITY_RULES[oil.pressure_rule](oil, temperature_k)
 
 
 class OilFormulas(NamedTuple):
     """The formulas of an oil: dynamic viscosity in Pa s, pressure-viscosity coefficient in 1/Pa."""
 
-    viscosity: Formula
-    pressure_viscosity: Formula
+    viscosity: OilFormula
+    pressure_viscosity: OilFormula
 
 
 # The formulas by the `model` in the oil's file.
-FORMULAS = {
+FORMULAS_BY_MODEL = {
     "adore-mil-l-7808": OilFormulas(_mil_l_7808_viscosity, _mil_l_7808_pressure_viscosity),
     "adore-mil-l-23699": OilFormulas(_mil_l_23699_viscosity, _mil_l_23699_pressure_viscosity),
     "astm-d341": OilFormulas(_astm_d341_viscosity, _mil_l_23699_pressure_viscosity),

@@ -15,12 +15,12 @@ import numpy as np
 from oilfilm.base.units import ABSOLUTE_ZERO_C, PA_PER_GPA, BoolArray, FloatArray
 from oilfilm.physics.oils import Oil, walther_coefficients
 
-Property = Literal["viscosity", "pressure_viscosity", "density"]
+OilProperty = Literal["viscosity", "pressure_viscosity", "density"]
 
 # Range in which every oil is judged: data sheets state the viscosity at its ends.
 STANDARD_RANGE_C = (40.0, 100.0)
-# Distance of the temperatures that are looked at.
-_STEP_K = 1.0
+# Step of the temperatures at which an oil is judged.
+_TEMPERATURE_STEP_K = 1.0
 # Relative fall of the viscosity per kelvin, beta. Oils have 0.01 at 150 degC to 0.2 at -40 degC
 # (docs/physics.md: 0.0125 to 0.043 from 140 to 25 degC).
 _VISCOSITY_FALL_1_K = (0.002, 0.3)
@@ -44,16 +44,16 @@ _USUAL_WALTHER_SLOPE = (1.5, 5.0)
 
 
 @dataclass(frozen=True)
-class OilFault:
-    """A property that no oil has.
+class ImpossibleProperty:
+    """A property with values that no oil has.
 
     Attributes:
-        quantity: The property that is wrong.
+        quantity: The property.
         finding: What was found.
         expected: What every oil has.
     """
 
-    quantity: Property
+    quantity: OilProperty
     finding: str
     expected: str
 
@@ -63,15 +63,15 @@ class OilFault:
         return f"{self.finding}; expected {self.expected}."
 
 
-def faults(oil: Oil, low_c: float, high_c: float) -> Iterator[OilFault]:
-    """What is impossible between two temperatures.
+def impossible_properties(oil: Oil, low_c: float, high_c: float) -> Iterator[ImpossibleProperty]:
+    """Properties that are impossible at some temperature between two.
 
     Args:
         oil: The oil.
         low_c: Lowest temperature, in degC.
         high_c: Highest temperature, in degC.
     """
-    temperature_count = max(2, int(np.ceil((high_c - low_c) / _STEP_K)) + 1)
+    temperature_count = max(2, int(np.ceil((high_c - low_c) / _TEMPERATURE_STEP_K)) + 1)
     temperature_c = np.linspace(low_c, high_c, temperature_count)
     # a mistyped number may overflow, and is found by what comes out
     with np.errstate(all="ignore"):
@@ -86,14 +86,14 @@ def faults(oil: Oil, low_c: float, high_c: float) -> Iterator[OilFault]:
         yield from _film_faults(temperature_c, viscosity_pa_s, alpha_1_gpa)
 
 
-def _pole_faults(oil: Oil, low_c: float) -> Iterator[OilFault]:
+def _pole_faults(oil: Oil, low_c: float) -> Iterator[ImpossibleProperty]:
     """A pole of Vogel's formula that is not far below the range."""
     pole_k = oil.coefficients.get("pole_k")
     if oil.model != "vogel" or pole_k is None:
         return
     highest_k = min(_HIGHEST_POLE_K, low_c - ABSOLUTE_ZERO_C)
     if not pole_k < highest_k:
-        yield OilFault(
+        yield ImpossibleProperty(
             "viscosity",
             f"Vogel's formula through these viscosities has a pole at {pole_k:.0f} K "
             f"({pole_k + ABSOLUTE_ZERO_C:.0f} degC), where the viscosity has no limit",
@@ -107,14 +107,16 @@ def _first_wrong_index(is_wrong: BoolArray) -> int | None:
     return int(indices[0]) if len(indices) else None
 
 
-def _density_faults(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Iterator[OilFault]:
+def _density_faults(
+    temperature_c: FloatArray, density_kg_m3: FloatArray
+) -> Iterator[ImpossibleProperty]:
     """Density outside its usual range, or with an unusual expansion."""
     lowest_density, highest_density = _DENSITY_KG_M3
     wrong_index = _first_wrong_index(
         ~((density_kg_m3 >= lowest_density) & (density_kg_m3 <= highest_density))
     )
     if wrong_index is not None:
-        yield OilFault(
+        yield ImpossibleProperty(
             "density",
             f"the density at {temperature_c[wrong_index]:.0f} degC is "
             f"{density_kg_m3[wrong_index]:.4g} kg/m3",
@@ -129,7 +131,7 @@ def _density_faults(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Ite
     )
     if wrong_index is not None:
         verb = "rises" if expansion_1_k[wrong_index] < 0 else "falls"
-        yield OilFault(
+        yield ImpossibleProperty(
             "density",
             f"the density {verb} by {abs(expansion_1_k[wrong_index]):.2%} per kelvin at "
             f"{temperature_c[wrong_index]:.0f} degC",
@@ -139,11 +141,11 @@ def _density_faults(temperature_c: FloatArray, density_kg_m3: FloatArray) -> Ite
 
 def _viscosity_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
-) -> Iterator[OilFault]:
+) -> Iterator[ImpossibleProperty]:
     """A viscosity that is missing, rises with temperature or falls unusually."""
     wrong_index = _first_wrong_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
     if wrong_index is not None:
-        yield OilFault(
+        yield ImpossibleProperty(
             "viscosity",
             f"the formula gives no viscosity at {temperature_c[wrong_index]:.0f} degC",
             "a viscosity above 0",
@@ -155,7 +157,7 @@ def _viscosity_faults(
     is_falling[1:] &= np.diff(viscosity_pa_s) < 0
     wrong_index = _first_wrong_index(~is_falling)
     if wrong_index is not None:
-        yield OilFault(
+        yield ImpossibleProperty(
             "viscosity",
             "the viscosity does not fall with temperature at "
             f"{temperature_c[wrong_index]:.0f} degC "
@@ -165,7 +167,7 @@ def _viscosity_faults(
         return
     wrong_index = _first_wrong_index(~((fall_1_k >= smallest_fall) & (fall_1_k <= largest_fall)))
     if wrong_index is not None:
-        yield OilFault(
+        yield ImpossibleProperty(
             "viscosity",
             f"the viscosity falls by {fall_1_k[wrong_index]:.2%} per kelvin at "
             f"{temperature_c[wrong_index]:.0f} degC",
@@ -175,7 +177,7 @@ def _viscosity_faults(
 
 def _pressure_viscosity_faults(
     temperature_c: FloatArray, alpha_1_gpa: FloatArray
-) -> Iterator[OilFault]:
+) -> Iterator[ImpossibleProperty]:
     """A pressure-viscosity coefficient outside its usual range."""
     lowest_alpha, highest_alpha = _PRESSURE_VISCOSITY_1_GPA
     wrong_index = _first_wrong_index(
@@ -183,9 +185,11 @@ def _pressure_viscosity_faults(
     )
     if wrong_index is None:
         return
-    alpha_of_first = alpha_1_gpa[wrong_index]
-    value_text = f"{alpha_of_first:.3g} 1/GPa" if np.isfinite(alpha_of_first) else "not a number"
-    yield OilFault(
+    wrong_alpha_1_gpa = alpha_1_gpa[wrong_index]
+    value_text = (
+        f"{wrong_alpha_1_gpa:.3g} 1/GPa" if np.isfinite(wrong_alpha_1_gpa) else "not a number"
+    )
+    yield ImpossibleProperty(
         "pressure_viscosity",
         f"the pressure-viscosity coefficient at {temperature_c[wrong_index]:.0f} degC is "
         f"{value_text}",
@@ -195,14 +199,14 @@ def _pressure_viscosity_faults(
 
 def _film_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, alpha_1_gpa: FloatArray
-) -> Iterator[OilFault]:
+) -> Iterator[ImpossibleProperty]:
     """A step of the film thickness. Reference of the exponents: Hamrock and Dowson (1977)."""
     log_film = _FILM_VISCOSITY_EXPONENT * np.log(viscosity_pa_s)
     log_film = log_film + _FILM_PRESSURE_EXPONENT * np.log(alpha_1_gpa)
     log_change_1_k = np.abs(np.diff(log_film) / np.diff(temperature_c))
     wrong_index = _first_wrong_index(log_change_1_k > _FILM_CHANGE_1_K)
     if wrong_index is not None:
-        yield OilFault(
+        yield ImpossibleProperty(
             "pressure_viscosity",
             f"the film thickness changes by {np.expm1(log_change_1_k[wrong_index]):.0%} within one "
             f"kelvin at {temperature_c[wrong_index]:.0f} degC",
@@ -211,8 +215,8 @@ def _film_faults(
         )
 
 
-def doubts(oil: Oil) -> Iterator[str]:
-    """Sentences on what is possible and unusual: no law of physics contradicts it."""
+def unusual_properties(oil: Oil) -> Iterator[str]:
+    """Sentences on properties that are unusual, although no law of physics contradicts them."""
     pole_k = oil.coefficients.get("pole_k")
     lowest_usual, highest_usual = _USUAL_POLE_K
     if oil.model == "vogel" and pole_k is not None and not lowest_usual <= pole_k <= highest_usual:

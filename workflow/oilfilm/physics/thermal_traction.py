@@ -30,14 +30,14 @@ from oilfilm.physics.oils import Oil
 
 # Highest temperature of a film. At higher temperatures, properties extrapolated from their tables
 # by straight lines would be negative.
-_HOTTEST_C = 800.0
+_HIGHEST_FILM_TEMPERATURE_C = 800.0
 # Quadrature nodes of the mean over a contact. mu is within 0.01 % up to 2.5 GPa and 200 m/s.
-_RADIAL_NODES = 12
+_RADIAL_NODE_COUNT = 12
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThermalEhl:
-    """Constants that are not in an oil's file.
+class ThermalEhlConstants:
+    """Constants of film and bodies that are not in an oil's file.
 
     Attributes:
         eyring_stress_pa: Stress tau_E above which the oil is shear-thinning, in Pa.
@@ -106,7 +106,7 @@ def barus_viscosity(
     )
 
 
-def eyring_stress(
+def eyring_shear_stress(
     viscosity_pa_s: Floats, shear_rate_1_s: Floats, eyring_stress_pa: Floats
 ) -> FloatArray:
     """Shear stress of a film that is shear-thinning by thermal activation.
@@ -136,7 +136,7 @@ def eyring_stress(
 
 
 def limiting_stress(
-    pressure_pa: Floats, temperature_c: Floats, ehl_constants: ThermalEhl
+    pressure_pa: Floats, temperature_c: Floats, ehl_constants: ThermalEhlConstants
 ) -> FloatArray:
     """Limiting shear stress of a film.
 
@@ -263,7 +263,7 @@ def film_temperature_rise(
     return np.asarray(heat_flux_w_m2 * film_thickness_m / (12 * conductivity_w_mk))
 
 
-def mean_film_rise(
+def mean_film_temperature_rise(
     inlet_oil: InletOil,
     conditions: Conditions,
     traction_coefficient: Floats,
@@ -331,7 +331,7 @@ def mean_film_rise(
 
 def film_stress(
     oil: Oil,
-    ehl_constants: ThermalEhl,
+    ehl_constants: ThermalEhlConstants,
     pressure_pa: FloatArray,
     film_temperature_c: FloatArray,
     shear_rate_1_s: FloatArray,
@@ -356,7 +356,7 @@ def film_stress(
         pressure_pa,
     )
     limit_pa = limiting_stress(pressure_pa, film_temperature_c, ehl_constants)
-    thinned_stress_pa = eyring_stress(
+    thinned_stress_pa = eyring_shear_stress(
         viscosity_pa_s, shear_rate_1_s, ehl_constants.eyring_stress_pa
     )
     return limited_stress(thinned_stress_pa, limit_pa)
@@ -364,7 +364,7 @@ def film_stress(
 
 def sliding_film(
     oil: Oil,
-    ehl_constants: ThermalEhl,
+    ehl_constants: ThermalEhlConstants,
     conditions: Conditions,
     pressure_pa: Floats,
     slide_roll_ratio: Floats,
@@ -416,7 +416,7 @@ def sliding_film(
     sliding_m_s = np.asarray(slide_roll_ratio) * speed_m_s
     # Both rises are in kelvin per pascal of shear stress, as they are proportional to the heat. The
     # chords of an ellipse are those of a circle with the semi-axis along the rolling direction.
-    flash_k_pa = flash_temperature_rise(
+    flash_rise_k_per_pa = flash_temperature_rise(
         sliding_m_s / 2,
         semi_axis_x_m,
         speed_m_s,
@@ -424,29 +424,34 @@ def sliding_film(
         ehl_constants.solid_volumetric_heat_j_m3k,
     )
     oil_conductivity_w_mk = inlet_oil.thermal_conductivity_w_mk
-    film_k_pa = film_temperature_rise(sliding_m_s, film_thickness_m, oil_conductivity_w_mk)
+    film_rise_k_per_pa = film_temperature_rise(sliding_m_s, film_thickness_m, oil_conductivity_w_mk)
     shear_rate_1_s = sliding_m_s / film_thickness_m
     # stress at which the creep would be all of the slip
     creep_slope_of_bodies = creep_slope(conditions.relative_pressure, conditions.ellipticity)
     creep_stress_pa = creep_slope_of_bodies * pressure_pa * slide_roll_ratio
     # all of one shape, as the search needs them
-    film_without_creep = np.broadcast_arrays(
-        pressure_pa, inlet_c, flash_k_pa + film_k_pa, shear_rate_1_s, creep_stress_pa
+    search_arguments = np.broadcast_arrays(
+        pressure_pa,
+        inlet_c,
+        flash_rise_k_per_pa + film_rise_k_per_pa,
+        shear_rate_1_s,
+        creep_stress_pa,
     )
-    stress_pa = _stress_with_heat(oil, ehl_constants, *film_without_creep)
+    stress_pa = _stress_with_heat(oil, ehl_constants, *search_arguments)
     film_share = _film_share_of_slip(stress_pa, creep_stress_pa)
     return SlidingFilm(
         shear_stress_pa=stress_pa,
         shear_rate_1_s=shear_rate_1_s * film_share,
         film_thickness_m=film_thickness_m,
-        surface_temperature_c=inlet_c + flash_k_pa * film_share * stress_pa,
-        film_temperature_c=inlet_c + (flash_k_pa + film_k_pa) * film_share * stress_pa,
+        surface_temperature_c=inlet_c + flash_rise_k_per_pa * film_share * stress_pa,
+        film_temperature_c=inlet_c
+        + (flash_rise_k_per_pa + film_rise_k_per_pa) * film_share * stress_pa,
     )
 
 
 def thermal_ehl_traction(
     oil: Oil,
-    ehl_constants: ThermalEhl,
+    ehl_constants: ThermalEhlConstants,
     max_hertz_pressure_pa: Floats,
     entrainment_speed_m_s: Floats,
     inlet_temperature_c: Floats,
@@ -483,7 +488,7 @@ def thermal_ehl_traction(
     )
     load_n = load_for_max_hertz_pressure(max_pressure_pa, radius_m, reduced_modulus_pa)
     # nodes between -1 and 1, which stand for s between 0 and 1
-    node, weight = scipy.special.roots_jacobi(_RADIAL_NODES, 0, 2)[:2]
+    node, weight = scipy.special.roots_jacobi(_RADIAL_NODE_COUNT, 0, 2)[:2]
     pressure_pa = max_pressure_pa * (1 + node) / 2
     conditions = Conditions(
         load_n=load_n,
@@ -500,10 +505,10 @@ def thermal_ehl_traction(
 
 def _stress_with_heat(
     oil: Oil,
-    ehl_constants: ThermalEhl,
+    ehl_constants: ThermalEhlConstants,
     pressure_pa: FloatArray,
     inlet_c: FloatArray,
-    rise_k_pa: FloatArray,
+    rise_k_per_pa: FloatArray,
     shear_rate_1_s: FloatArray,
     creep_stress_pa: FloatArray,
 ) -> FloatArray:
@@ -514,30 +519,30 @@ def _stress_with_heat(
         ehl_constants: Stresses.
         pressure_pa: Pressure.
         inlet_c: Inlet temperature.
-        rise_k_pa: Temperature rise of the film per pascal of stress, without creep.
+        rise_k_per_pa: Temperature rise of the film per pascal of stress, without creep.
         shear_rate_1_s: Shear rate of the film without creep.
         creep_stress_pa: Stress at which the creep is all of the slip.
     """
 
     def stress_error(
-        stress: FloatArray,
-        pressure: FloatArray,
-        inlet: FloatArray,
-        rise: FloatArray,
-        shear_rate: FloatArray,
-        creep_stress: FloatArray,
+        assumed_stress_pa: FloatArray,
+        pressure_pa: FloatArray,
+        inlet_c: FloatArray,
+        rise_k_per_pa: FloatArray,
+        shear_rate_1_s: FloatArray,
+        creep_stress_pa: FloatArray,
     ) -> FloatArray:
         """The assumed stress less that of the film which it heats; 0 at the solution."""
-        film_share = _film_share_of_slip(stress, creep_stress)
-        temperature = inlet + rise * film_share * stress
-        return stress - film_stress(
-            oil, ehl_constants, pressure, temperature, shear_rate * film_share
+        film_share = _film_share_of_slip(assumed_stress_pa, creep_stress_pa)
+        temperature_c = inlet_c + rise_k_per_pa * film_share * assumed_stress_pa
+        return assumed_stress_pa - film_stress(
+            oil, ehl_constants, pressure_pa, temperature_c, shear_rate_1_s * film_share
         )
 
     # the stress is largest in a film at the inlet temperature; the factor allows for rounding
     cold_film_stress_pa = film_stress(oil, ehl_constants, pressure_pa, inlet_c, shear_rate_1_s)
     with np.errstate(divide="ignore"):
-        hottest_film_stress_pa = (_HOTTEST_C - inlet_c) / rise_k_pa
+        hottest_film_stress_pa = (_HIGHEST_FILM_TEMPERATURE_C - inlet_c) / rise_k_per_pa
     highest_stress_pa = np.minimum(cold_film_stress_pa * (1 + 1e-9), hottest_film_stress_pa)
     highest_stress_pa = np.minimum(highest_stress_pa, creep_stress_pa)
     # imported here because the import takes half a second and the formulas above do not need it
@@ -546,7 +551,7 @@ def _stress_with_heat(
     root = elementwise.find_root(
         stress_error,
         (np.zeros_like(highest_stress_pa), highest_stress_pa),
-        args=(pressure_pa, inlet_c, rise_k_pa, shear_rate_1_s, creep_stress_pa),
+        args=(pressure_pa, inlet_c, rise_k_per_pa, shear_rate_1_s, creep_stress_pa),
     )
     return np.asarray(root.x)
 

@@ -16,7 +16,7 @@ import pandas as pd
 from oilfilm.base.units import FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.bearing_torque import every_second
+from oilfilm.torque.bearing_torque import every_second_level
 
 # Column of the tables of each value, by the name of the value in the page.
 _COLUMN_OF_VALUE = {
@@ -81,8 +81,8 @@ def bearing_explorer_data(results: CampaignTables, settings: Settings) -> dict[s
 
 def _at_coarse_levels(fine_map: pd.DataFrame) -> pd.DataFrame:
     """Rows of the map of cage slip at every second level of load and speed."""
-    loads = every_second(fine_map[_LOAD].unique().tolist())
-    speeds = every_second(fine_map[_SPEED].unique().tolist())
+    loads = every_second_level(fine_map[_LOAD].unique().tolist())
+    speeds = every_second_level(fine_map[_SPEED].unique().tolist())
     return fine_map[fine_map[_LOAD].isin(loads) & fine_map[_SPEED].isin(speeds)]
 
 

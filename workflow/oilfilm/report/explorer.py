@@ -23,7 +23,7 @@ from oilfilm.report.names import CONDITION_TEXTS, oil_colour
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.operating_grid import AXES
+from oilfilm.torque.operating_grid import AXIS_NAMES
 from oilfilm.traction.expression import Form, Language, straight_line_form
 from oilfilm.traction.law import Law, to_internal
 
@@ -184,7 +184,7 @@ def sliders(
         for fit in fit_by_oil.values()
     ]
     axes = []
-    for index, name in enumerate(AXES):
+    for index, name in enumerate(AXIS_NAMES):
         low, high = getattr(usual_ranges, name)
         tested_ranges = [box[index] for box in boxes if not np.isnan(box[index]).any()]
         if tested_ranges:
@@ -219,8 +219,8 @@ def _central_point(results: CampaignTables) -> dict[str, float]:
         for part in results.parts("points", [*columns, "accepted"]):
             yield part.loc[part["accepted"], columns]
 
-    is_known = pd.DataFrame(part.notna().any() for part in accepted_conditions(list(AXES)))
-    known_columns = [name for name in AXES if is_known[name].any()]
+    is_known = pd.DataFrame(part.notna().any() for part in accepted_conditions(list(AXIS_NAMES)))
+    known_columns = [name for name in AXIS_NAMES if is_known[name].any()]
     if not known_columns:
         return {}
     ends = [part.dropna().agg(["min", "max"]) for part in accepted_conditions(known_columns)]

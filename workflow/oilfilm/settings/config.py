@@ -11,12 +11,12 @@ from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, key, key_error_at
 from oilfilm.settings.ranges import check_ranges, uncertain_in_all_bearings
-from oilfilm.traction import LAW_NAMES, LAWS, why_compared_only
+from oilfilm.traction import LAW_NAMES, LAWS, reason_for_comparison_only
 
 
 def _refuse_compared_only(law_name: Any) -> Any:
     """Refuse a law that is compared only, with the reason."""
-    reason = why_compared_only(str(law_name))
+    reason = reason_for_comparison_only(str(law_name))
     if reason:
         raise key_error_at((), f"{reason}. Here one of {', '.join(LAWS)} is expected.")
     return law_name
@@ -432,7 +432,7 @@ class BearingSettings(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, UncertainInput]:
+    def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs that are settings of all bearings."""
         return uncertain_in_all_bearings(self)
 

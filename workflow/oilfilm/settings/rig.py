@@ -260,7 +260,7 @@ class MountingKeys(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, UncertainInput]:
+    def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs, with interferences on the radius in m."""
         on_radius = M_PER_UM / 2
         return {
@@ -299,7 +299,7 @@ class OilSupplyKeys(Group):
         check_ranges(self)
         return self
 
-    def uncertain(self) -> dict[str, UncertainInput]:
+    def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs."""
         return {
             "feed_flow_m3_s": with_range(self, "flow_l_min", _M3_S_PER_L_MIN),
@@ -421,7 +421,7 @@ class BearingFile(Group):
         ball_rq_m = rq_from_ra(self.ball_roughness_ra_um * M_PER_UM)
         race_rq_m = rq_from_ra(self.race_roughness_ra_um * M_PER_UM)
         feed_inputs = (
-            _UNKNOWN_FEED_INPUTS if self.oil_supply is None else self.oil_supply.uncertain()
+            _UNKNOWN_FEED_INPUTS if self.oil_supply is None else self.oil_supply.uncertain_inputs()
         )
         return Bearing(
             name=name,
@@ -434,11 +434,11 @@ class BearingFile(Group):
             ball_density_kg_m3=self.ball.density_kg_m3,
             roughness_rq_m=float(combined_roughness(ball_rq_m, race_rq_m)),
             cage=Cage(
-                guided_by_outer=self.cage.guidance == "outer",
+                guided_by_outer_ring=self.cage.guidance == "outer",
                 **self.cage.model_dump(exclude={"guidance"}),
             ),
             rings=self._rings(),
-            uncertain=self.mounting.uncertain() | feed_inputs,
+            uncertain_inputs=self.mounting.uncertain_inputs() | feed_inputs,
         )
 
     def _rings(self) -> Rings:
@@ -675,11 +675,13 @@ class OilKeys(Group):
         for rows in self.rows_of_use():
             temperatures_c += [temperature_k + ABSOLUTE_ZERO_C for temperature_k, _ in rows]
         oil = self.properties()
-        for fault in plausible_oil.faults(oil, min(temperatures_c), max(temperatures_c)):
+        for fault in plausible_oil.impossible_properties(
+            oil, min(temperatures_c), max(temperatures_c)
+        ):
             yield self.keys_of[fault.quantity], f"{fault.sentence} Check the numbers and the units."
 
     # Keys to blame for a property.
-    keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
+    keys_of: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
         "viscosity": ("coefficients",),
         "pressure_viscosity": ("coefficients",),
         "density": ("density_kg_m3",),
@@ -692,7 +694,7 @@ class OilKeys(Group):
     def doubts(self) -> Iterator[str]:
         """Sentences on what is possible and unusual."""
         if not self.stand_in:
-            yield from plausible_oil.doubts(self.properties())
+            yield from plausible_oil.unusual_properties(self.properties())
 
     def viscosity_coefficients(self) -> dict[str, float]:
         """Coefficients of the viscosity by name."""
@@ -749,7 +751,7 @@ class MeasuredOil(OilKeys):
     coefficients: MeasuredViscosity = key("Viscosities of the data sheet.")
     pressure_viscosity: PressureViscosity = key("Pressure-viscosity coefficient.")
 
-    keys_of: ClassVar[dict[plausible_oil.Property, tuple[str, ...]]] = {
+    keys_of: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
         "viscosity": ("coefficients", "kinematic_viscosity_cst"),
         "pressure_viscosity": ("pressure_viscosity",),
         "density": ("density_kg_m3",),

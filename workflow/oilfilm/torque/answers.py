@@ -17,9 +17,9 @@ from oilfilm.base.units import MM_PER_M, BoolArray, FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.bearing.inputs import INPUT_NAMES
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, OilInBearing, stack_tables
 from oilfilm.torque.best_oil import best_oil_table, best_shares
-from oilfilm.torque.torque_uncertainty import FACTOR_TERMS, UNCERTAIN
+from oilfilm.torque.torque_uncertainty import NUMBER_NAMES_OF_CAUSE, RANDOM_FACTOR_TERMS
 
 # Columns of a duty point: an operating point of a bearing for which an answer is wanted.
 DUTY_COLUMNS = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
@@ -27,12 +27,15 @@ DUTY_COLUMNS = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 # long to calculate as ten intervals.
 _MOST_POINTS_WITH_SHARES = 8
 # Causes that tests of traction make smaller.
-_BY_TRACTION_TESTS = ("law", "runs", "rig")
+_CAUSES_REDUCED_BY_TESTS = ("law", "runs", "rig")
 # Everything else together: what is left where the law and its rig are exact. The scatter of runs is
 # among it, because one more run does not make the next one scatter less.
 _IRREDUCIBLE_CAUSES = {
     "irreducible": tuple(
-        name for cause, names in UNCERTAIN.items() if cause not in ("law", "rig") for name in names
+        name
+        for cause, names in NUMBER_NAMES_OF_CAUSE.items()
+        if cause not in ("law", "rig")
+        for name in names
     )
 }
 _UM_PER_M = 1e6
@@ -41,8 +44,8 @@ _NO_DECIMALS_FROM = 100
 _L_MIN_PER_M3_S = 6e4
 
 
-class Cause(NamedTuple):
-    """A cause of uncertainty in words.
+class UncertaintyCause(NamedTuple):
+    """Description of a cause of uncertainty.
 
     Attributes:
         meaning: What it is.
@@ -57,46 +60,64 @@ class Cause(NamedTuple):
     quantity_to_measure: str
 
 
-CAUSES = {
-    "oil_volume_fraction": Cause("drag: oil among the balls", "%", 100.0, "the cage's speed"),
-    "feed_flow_m3_s": Cause("flow of the feed oil", "L/min", _L_MIN_PER_M3_S, "the flow of oil"),
-    "momentum_share": Cause(
+CAUSE_BY_NAME = {
+    "oil_volume_fraction": UncertaintyCause(
+        "drag: oil among the balls", "%", 100.0, "the cage's speed"
+    ),
+    "feed_flow_m3_s": UncertaintyCause(
+        "flow of the feed oil", "L/min", _L_MIN_PER_M3_S, "the flow of oil"
+    ),
+    "momentum_share": UncertaintyCause(
         "share of the flow with the ring's speed", "%", 100.0, "torque over flow at one speed"
     ),
-    "replenishment_constant": Cause("starvation, K_rs", "times 1e-8", 1e8, "torque over flow"),
-    "ellipse_factor": Cause("traction of ellipse over circle", "", 1.0, "traction of an ellipse"),
-    "shaft_bore_ratio": Cause("bore of the shaft over groove", "", 1.0, "the bore of the shaft"),
-    "shaft_interference_m": Cause(
+    "replenishment_constant": UncertaintyCause(
+        "starvation, K_rs", "times 1e-8", 1e8, "torque over flow"
+    ),
+    "ellipse_factor": UncertaintyCause(
+        "traction of ellipse over circle", "", 1.0, "traction of an ellipse"
+    ),
+    "shaft_bore_ratio": UncertaintyCause(
+        "bore of the shaft over groove", "", 1.0, "the bore of the shaft"
+    ),
+    "shaft_interference_m": UncertaintyCause(
         "interference on the shaft, radius", "um", _UM_PER_M, "the fit on the shaft"
     ),
-    "housing_interference_m": Cause(
+    "housing_interference_m": UncertaintyCause(
         "interference in the housing, radius", "um", _UM_PER_M, "the fit in the housing"
     ),
-    "ring_temperature_difference_k": Cause(
+    "ring_temperature_difference_k": UncertaintyCause(
         "inner less outer ring", "K", 1.0, "the temperatures of both rings"
     ),
-    "ball_temperature_difference_k": Cause(
+    "ball_temperature_difference_k": UncertaintyCause(
         "balls less mean of the rings", "K", 1.0, "the temperature of the balls"
     ),
-    "rolling": Cause("formula of rolling resistance", "", 1.0, "torque at little traction"),
-    "hysteresis": Cause("hysteresis of the steel", "", 1.0, "torque under load without oil flow"),
-    "pocket": Cause("friction of the pockets", "", 1.0, "friction of a pocket"),
-    "land": Cause("friction of the cage's land", "", 1.0, "friction of the land"),
-    "viscosity": Cause("viscosity of a stand-in oil", "", 1.0, "viscosity of the oil itself"),
-    "rig": Cause("calibration of the traction rig", "", 1.0, "the sensors of the traction rig"),
-    "law": Cause("traction law", "", 1.0, "traction at the conditions of the contacts"),
-    "runs": Cause("scatter of traction runs", "", 1.0, "repeats of traction runs"),
+    "rolling": UncertaintyCause(
+        "formula of rolling resistance", "", 1.0, "torque at little traction"
+    ),
+    "hysteresis": UncertaintyCause(
+        "hysteresis of the steel", "", 1.0, "torque under load without oil flow"
+    ),
+    "pocket": UncertaintyCause("friction of the pockets", "", 1.0, "friction of a pocket"),
+    "land": UncertaintyCause("friction of the cage's land", "", 1.0, "friction of the land"),
+    "viscosity": UncertaintyCause(
+        "viscosity of a stand-in oil", "", 1.0, "viscosity of the oil itself"
+    ),
+    "rig": UncertaintyCause(
+        "calibration of the traction rig", "", 1.0, "the sensors of the traction rig"
+    ),
+    "law": UncertaintyCause("traction law", "", 1.0, "traction at the conditions of the contacts"),
+    "runs": UncertaintyCause("scatter of traction runs", "", 1.0, "repeats of traction runs"),
 }
 
 
 class Answers(NamedTuple):
-    """Answers at operating points.
+    """Torque, power loss, cage slip and best oil at operating points.
 
     Attributes:
         points: One row per oil and point, as the table of cage slip, with `best_oil`.
         shares: One row per oil, point and cause, with the range that was drawn: `range_low` and
-            `range_high` in the unit of `CAUSES`, or the relative `standard_uncertainty`. Where the
-            scatter of runs is not known nothing was drawn for it, and its shares are null.
+            `range_high` in the unit of `CAUSE_BY_NAME`, or the relative `standard_uncertainty`.
+            Where the scatter of runs is not known nothing was drawn for it: its shares are null.
     """
 
     points: pd.DataFrame
@@ -132,7 +153,7 @@ def operating_point_table(
     inner_speed_rpm: FloatArray,
     inlet_temperature_c: FloatArray,
 ) -> pd.DataFrame:
-    """Operating points as `answers` takes them, one row per point; the arguments broadcast.
+    """Operating points for `calculate_answers`, one row per point; the arguments broadcast.
 
     Args:
         bearing: The bearing.
@@ -153,7 +174,7 @@ def operating_point_table(
     )
 
 
-def answers(
+def calculate_answers(
     oils: Sequence[OilInBearing],
     bearing: Bearing,
     points: pd.DataFrame,
@@ -169,7 +190,7 @@ def answers(
         settings: `bearing`, `gates` and `seed`.
         needs_shares: Returns which rows of `Answers.points` shall have shares of variance.
     """
-    cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
+    cases = FrictionCases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
     calculated, draws, random_draws = cases.calculate_with_uncertainty(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     lambda_limit = settings.gates.lambda_limit
@@ -183,7 +204,7 @@ def answers(
     key_columns = calculated[["oil", "bearing", *point_columns]]
     shares = shares.join(key_columns, on="point")
     law_errors = pd.Series(random_draws.law_error_of_drawn_point, random_draws.drawn_point_index)
-    return Answers(calculated, _with_ranges(shares, law_errors, oils, bearing))
+    return Answers(calculated, _add_ranges(shares, law_errors, oils, bearing))
 
 
 def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[str, pd.DataFrame]:
@@ -200,8 +221,8 @@ def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[s
         return {table_name: tables.empty(table_name) for table_name in table_names}
     bearing = settings.tested_bearing()
     points = operating_point_table(bearing, *duty_points(settings, bearing).T).drop_duplicates()
-    has_shares = _has_shares(len(points))
-    answered = answers(
+    has_shares = _is_evenly_spaced(len(points))
+    answered = calculate_answers(
         oils,
         bearing,
         points,
@@ -210,12 +231,12 @@ def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[s
         lambda results: np.tile(has_shares, len(oils)),
     )
     return {
-        "bearing_answers": stacked([answered.points], "bearing_answers"),
-        "variance_shares": stacked([answered.shares], "variance_shares"),
+        "bearing_answers": stack_tables([answered.points], "bearing_answers"),
+        "variance_shares": stack_tables([answered.shares], "variance_shares"),
     }
 
 
-class Budget(NamedTuple):
+class UncertaintyBudget(NamedTuple):
     """What makes torque or cage slip of an oil uncertain, over several operating points.
 
     Uncertainties are relative for the torque, absolute for the slip.
@@ -236,14 +257,14 @@ class Budget(NamedTuple):
     law_share: float
 
     @property
-    def is_by_traction(self) -> bool:
+    def is_reducible_by_tests(self) -> bool:
         """Whether tests of traction can reduce the largest share; true where no share is known."""
-        return self.largest_cause in ("", *_BY_TRACTION_TESTS)
+        return self.largest_cause in ("", *_CAUSES_REDUCED_BY_TESTS)
 
 
-def budgets(
+def uncertainty_budgets(
     oil: OilInBearing, bearing: Bearing, duty: FloatArray, settings: Settings
-) -> dict[str, Budget]:
+) -> dict[str, UncertaintyBudget]:
     """The budgets of `torque` and `cage_slip` of an oil.
 
     Args:
@@ -253,14 +274,14 @@ def budgets(
         settings: `bearing` and `seed`.
     """
     points = operating_point_table(bearing, *duty.T)
-    calculated, _, random_draws = Cases(
+    calculated, _, random_draws = FrictionCases(
         bearing, [CaseGroup(oil, "stress", points)]
     ).calculate_with_uncertainty(settings.seed)
     uncertainty_by_target = {
         "torque": calculated["torque_n_m_uncertainty"] / calculated["torque_n_m"],
         "cage_slip": calculated["cage_slip_uncertainty"],
     }
-    shares_by_cause = random_draws.calculate_shares(np.flatnonzero(_has_shares(len(points))))
+    shares_by_cause = random_draws.calculate_shares(np.flatnonzero(_is_evenly_spaced(len(points))))
     irreducible_shares = random_draws.calculate_shares(
         np.arange(len(points)), _IRREDUCIBLE_CAUSES
     ).set_index("point")
@@ -273,23 +294,23 @@ def budgets(
         irreducible_uncertainty = (uncertainty * np.sqrt(irreducible_share)).to_numpy(dtype=float)
         median_share = shares_by_cause.groupby("variance_cause")[share_column].median().dropna()
         if median_share.empty:
-            budget_by_target[target] = Budget(
+            budget_by_target[target] = UncertaintyBudget(
                 rms_uncertainty, irreducible_uncertainty, "", np.nan, np.nan
             )
             continue
         cause = str(median_share.idxmax())
-        budget_by_target[target] = Budget(
+        budget_by_target[target] = UncertaintyBudget(
             uncertainty=rms_uncertainty,
             irreducible_uncertainty_of_point=irreducible_uncertainty,
             largest_cause=cause,
             largest_share=float(median_share[cause]),
-            law_share=float(median_share[list(_BY_TRACTION_TESTS)].sum()),
+            law_share=float(median_share[list(_CAUSES_REDUCED_BY_TESTS)].sum()),
         )
     return budget_by_target
 
 
-def _has_shares(point_count: int) -> BoolArray:
-    """Which of some points have shares of variance: evenly spaced ones, shape (count,)."""
+def _is_evenly_spaced(point_count: int) -> BoolArray:
+    """Evenly spaced points, which have shares of variance: shape (points,)."""
     chosen_index = (
         np.linspace(0, point_count - 1, min(point_count, _MOST_POINTS_WITH_SHARES))
         .round()
@@ -298,7 +319,7 @@ def _has_shares(point_count: int) -> BoolArray:
     return np.isin(np.arange(point_count), chosen_index)
 
 
-def _with_ranges(
+def _add_ranges(
     shares: pd.DataFrame,
     law_error_of_point: "pd.Series[float]",
     oils: Sequence[OilInBearing],
@@ -313,17 +334,17 @@ def _with_ranges(
         bearing: The bearing.
     """
     settings = oils[0].bearing_settings
-    uncertain_input_by_name = {**bearing.uncertain, **settings.uncertain()}
+    uncertain_input_by_name = {**bearing.uncertain_inputs, **settings.uncertain_inputs()}
     lowest_by_cause = {
-        name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].low
+        name: CAUSE_BY_NAME[name].shown_per_calculated * uncertain_input_by_name[name].low
         for name in INPUT_NAMES
     }
     highest_by_cause = {
-        name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].high
+        name: CAUSE_BY_NAME[name].shown_per_calculated * uncertain_input_by_name[name].high
         for name in INPUT_NAMES
     }
     relative_uncertainty_by_cause = {
-        term: getattr(settings.term_uncertainty, term) for term in FACTOR_TERMS
+        term: getattr(settings.term_uncertainty, term) for term in RANDOM_FACTOR_TERMS
     }
     standard_uncertainty = shares["variance_cause"].map(relative_uncertainty_by_cause).astype(float)
     is_law = shares["variance_cause"] == "law"
@@ -350,30 +371,30 @@ def _with_ranges(
     )
 
 
-def three_digits(value: float) -> str:
+def three_digit_text(value: float) -> str:
     """A number with three significant digits or more, as text without an exponent."""
     return f"{value:.0f}" if abs(value) >= _NO_DECIMALS_FROM else f"{value:.3g}"
 
 
-def with_interval(value: float, lower: float, upper: float) -> str:
+def interval_text(value: float, lower: float, upper: float) -> str:
     """A number with its interval, as `5.91 (4.46 to 9.84)`."""
     if not np.isfinite(value):
         return "not known"
     if not np.isfinite(lower):
-        return f"{three_digits(value)} (no interval)"
-    return f"{three_digits(value)} ({three_digits(lower)} to {three_digits(upper)})"
+        return f"{three_digit_text(value)} (no interval)"
+    return f"{three_digit_text(value)} ({three_digit_text(lower)} to {three_digit_text(upper)})"
 
 
 def range_text(share_row: "pd.Series[float]") -> str:
     """The range of a row of `Answers.shares`, as `4 to 16 L/min` or `10 %`."""
-    cause = CAUSES[str(share_row["variance_cause"])]
+    cause = CAUSE_BY_NAME[str(share_row["variance_cause"])]
     if np.isfinite(share_row["range_low"]):
         return (
             f"{share_row['range_low']:.3g} to {share_row['range_high']:.3g} {cause.unit}".rstrip()
         )
     if np.isfinite(share_row["standard_uncertainty"]):
         return f"{100 * share_row['standard_uncertainty']:.2g} % of it, one standard deviation"
-    return "as stated in the rig's file" if cause is CAUSES["rig"] else "not known"
+    return "as stated in the rig's file" if cause is CAUSE_BY_NAME["rig"] else "not known"
 
 
 def what_to_measure(
@@ -390,6 +411,6 @@ def what_to_measure(
         shares.groupby("variance_cause")[share_column].median().sort_values(ascending=False)
     )
     return [
-        (str(cause), CAUSES[str(cause)].quantity_to_measure)
+        (str(cause), CAUSE_BY_NAME[str(cause)].quantity_to_measure)
         for cause in median_share.index[median_share >= smallest_share]
     ]

@@ -13,10 +13,10 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import MM_PER_M, RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
-from oilfilm.bearing.equilibria import Neighbour, equilibria, friction_equilibrium
+from oilfilm.bearing.equilibria import NearbyEquilibria, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionEquilibrium, FrictionProblem
 from oilfilm.bearing.geometry import Bearing
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication, momentum_torque_n_m
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
@@ -32,12 +32,12 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import best_shares
 from oilfilm.torque.load_variables import LOAD_VARIABLES, LawInBearing, join_laws
 from oilfilm.torque.torque_uncertainty import (
-    FACTOR_TERMS,
+    RANDOM_FACTOR_TERMS,
     OilAndLaw,
     RandomDraws,
-    has_draws,
+    add_uncertainty,
+    has_enough_refits,
     random_factor,
-    with_uncertainty,
 )
 from oilfilm.traction import BEARING_LAW_NAMES
 
@@ -101,7 +101,7 @@ class OilInBearing:
         load_variable: str = "stress",
         traction_factor: Floats = 1.0,
     ) -> pd.DataFrame:
-        """Friction at operating points, one row per point; see `Cases.calculate`.
+        """Friction at operating points, one row per point; see `FrictionCases.calculate`.
 
         Args:
             bearing: The bearing.
@@ -122,7 +122,7 @@ class OilInBearing:
                 "traction_factor": traction_factors,
             }
         )
-        return Cases(bearing, [CaseGroup(self, load_variable, points)]).calculate()
+        return FrictionCases(bearing, [CaseGroup(self, load_variable, points)]).calculate()
 
 
 class CaseGroup(NamedTuple):
@@ -140,7 +140,7 @@ class CaseGroup(NamedTuple):
     points: pd.DataFrame
 
 
-class Cases:
+class FrictionCases:
     """Operating points of one bearing, each with an oil and a load variable, solved together.
 
     Attributes:
@@ -152,7 +152,7 @@ class Cases:
     """
 
     def __init__(
-        self, bearing: Bearing, groups: Sequence[CaseGroup], inputs: Inputs | None = None
+        self, bearing: Bearing, groups: Sequence[CaseGroup], inputs: InputValues | None = None
     ) -> None:
         """Join the points of all groups.
 
@@ -186,12 +186,13 @@ class Cases:
         law = join_laws(self.law_of_group, self._point_counts)
         load_n = self.points["axial_load_n"].to_numpy(dtype=float)
         speed_rpm = self.points["inner_speed_rpm"].to_numpy(dtype=float)
-        operating_points = OperatingPoints.axial(load_n, speed_rpm * RAD_S_PER_RPM)
+        operating_points = OperatingPoints.from_load_and_speed(load_n, speed_rpm * RAD_S_PER_RPM)
         if inputs is None:
-            inputs = Inputs.joined(
+            inputs = InputValues.joined(
                 [
-                    Inputs.without_draws(
-                        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+                    InputValues.nominal(
+                        {**bearing.uncertain_inputs, **oil.bearing_settings.uncertain_inputs()},
+                        len(points),
                     )
                     for oil, _, points in groups
                 ]
@@ -199,26 +200,26 @@ class Cases:
         problem = FrictionProblem(bearing, operating_points, lubrication, law)
         self.problem = problem.with_inputs(inputs)
 
-    def calculate(self, neighbour: Neighbour | None = None) -> pd.DataFrame:
+    def calculate(self, nearby_equilibria: NearbyEquilibria | None = None) -> pd.DataFrame:
         """Friction at every point, with the columns of `torque_terms`; null without equilibrium.
 
         Args:
-            neighbour: Equilibria with other constants; see `friction_equilibrium`.
+            nearby_equilibria: Equilibria with other constants; see `friction_equilibrium`.
         """
-        return self._terms(friction_equilibrium(self.problem, neighbour))
+        return self._result_table(friction_equilibrium(self.problem, nearby_equilibria))
 
-    def _terms(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
+    def _result_table(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
         """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
         tested = {}
         for quantity in _TESTED_QUANTITIES:
-            range_of_point = self._for_each_point(
+            range_of_point = self._repeat_for_points(
                 [oil.tested_ranges[quantity] for oil in self.oil_of_group]
             )
             # first row: lowest level of each point; second row: highest
             tested[quantity] = range_of_point.T
         stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oil_of_group]
         calculated = _null_without_equilibrium(
-            torque_terms(equilibrium, tested, self._for_each_point(stress_ratios))
+            torque_terms(equilibrium, tested, self._repeat_for_points(stress_ratios))
         )
         calculated["below_law_floor"] = _flag_or_null(
             self._is_below_law_floor(equilibrium), calculated["converged"].to_numpy(dtype=bool)
@@ -242,7 +243,7 @@ class Cases:
         is_below = np.empty(len(self.points), dtype=bool)
         # without the axis for the nodes of a contact
         conditions = equilibrium.balance.conditions.select(..., 0)
-        group_of_point = self._for_each_point(np.arange(len(self.law_of_group)))
+        group_of_point = self._repeat_for_points(np.arange(len(self.law_of_group)))
         for group_index, law in enumerate(self.law_of_group):
             is_of_group = group_of_point == group_index
             is_below_in_contacts = law.is_below_smallest_level(conditions.select(is_of_group))
@@ -254,7 +255,7 @@ class Cases:
         """Section `bearing` of the settings, which is the same for all oils."""
         return self.oil_of_group[0].bearing_settings
 
-    def _for_each_point(self, values_of_groups: npt.ArrayLike) -> npt.NDArray[Any]:
+    def _repeat_for_points(self, values_of_groups: npt.ArrayLike) -> npt.NDArray[Any]:
         """Repeat the value of each group for each of its points: shape (points, ...)."""
         return np.repeat(values_of_groups, self._point_counts, axis=0)
 
@@ -265,7 +266,7 @@ class Cases:
             seed: Seed of the configuration.
 
         Returns:
-            The table of `with_uncertainty`, with further columns: the number of `equilibria`,
+            The table of `add_uncertainty`, with further columns: the number of `equilibria`,
             whether the point is `bistable`, and `other_cage_slip` and `other_torque_n_m` of the
             slowest cage where there are several equilibria.
             The draws of torque, cage slip and lambda (`RandomDraws.calculate_results`), shape
@@ -273,20 +274,20 @@ class Cases:
             The draws themselves, which give the shares of variance.
         """
         all_equilibria = equilibria(self.problem)
-        calculated = self._terms(all_equilibria.fastest)
+        calculated = self._result_table(all_equilibria.fastest)
         oils_and_laws = []
         for oil, law in zip(self.oil_of_group, self.law_of_group, strict=True):
             oils_and_laws.append(OilAndLaw(oil.name, oil.properties, law))
-        group_of_point = self._for_each_point(np.arange(len(oils_and_laws)))
+        group_of_point = self._repeat_for_points(np.arange(len(oils_and_laws)))
         settings = self._settings
         random_draws = RandomDraws(
             all_equilibria.fastest, oils_and_laws, group_of_point, calculated, settings, seed
         )
         draws = random_draws.calculate_results()
         inner_speed_rad_s = self.problem.points.ring_speed_rad_s[:, 0]
-        has_refits = np.array([has_draws(law.fitted) for law in self.law_of_group])
+        has_refits = np.array([has_enough_refits(law.fitted) for law in self.law_of_group])
         was_drawn = has_refits[group_of_point] & calculated["converged"].to_numpy(dtype=bool)
-        assessed = with_uncertainty(
+        assessed = add_uncertainty(
             calculated, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
         )
         has_several = all_equilibria.count > 1
@@ -495,13 +496,13 @@ def torque_table(
         plateaus_with_oil = measured_plateaus[measured_plateaus["oil"] == oil.name]
         groups += [CaseGroup(oil, load_variable, plateaus_with_oil) for load_variable in oil.laws]
     bearing = settings.tested_bearing()
-    calculated, _, _ = Cases(bearing, groups).calculate_with_uncertainty(settings.seed)
-    compared = _compared_with_measured(bearing, calculated, measured_oils, settings)
+    calculated, _, _ = FrictionCases(bearing, groups).calculate_with_uncertainty(settings.seed)
+    compared = _compare_with_measured(bearing, calculated, measured_oils, settings)
     inversion = _inversion_table(bearing, measured_oils, compared, settings)
-    return stacked([compared], "torque"), stacked([inversion], "torque_inversion")
+    return stack_tables([compared], "torque"), stack_tables([inversion], "torque_inversion")
 
 
-def _compared_with_measured(
+def _compare_with_measured(
     bearing: Bearing, calculated: pd.DataFrame, oils: Sequence[OilInBearing], settings: Settings
 ) -> pd.DataFrame:
     """Calculated torque compared with the measured torque, and the estimates of catalogues.
@@ -583,20 +584,20 @@ def _inversion_table(
         CaseGroup(oil, "stress", plateaus_and_factors[plateaus_and_factors["oil"] == oil.name])
         for oil in oils
     ]
-    calculated = Cases(bearing, groups).calculate()
+    calculated = FrictionCases(bearing, groups).calculate()
 
-    def by_factor_and_plateau(column: str) -> FloatArray:
+    def column_by_factor_and_plateau(column: str) -> FloatArray:
         """A calculated column, shape (factors, plateaus)."""
         values = calculated[column].to_numpy()
         return np.asarray(values.reshape(plateau_count, len(_TRACTION_FACTORS)).T)
 
-    torque_n_m = by_factor_and_plateau("torque_n_m")
-    mean_mu = by_factor_and_plateau("mean_traction_coefficient")
+    torque_n_m = column_by_factor_and_plateau("torque_n_m")
+    mean_mu = column_by_factor_and_plateau("mean_traction_coefficient")
     excess_torque_n_m = torque_n_m - plateaus["measured_torque_n_m"].to_numpy()
     # shape (pairs of neighbouring factors, plateaus)
-    encloses = excess_torque_n_m[:-1] * excess_torque_n_m[1:] <= 0
-    is_enclosed = encloses.any(axis=0)
-    lower_factor_index = (_nearest_pair(encloses), np.arange(plateau_count))
+    encloses_measured = excess_torque_n_m[:-1] * excess_torque_n_m[1:] <= 0
+    is_enclosed = encloses_measured.any(axis=0)
+    lower_factor_index = (_nearest_pair_index(encloses_measured), np.arange(plateau_count))
     torque_step_n_m = np.diff(torque_n_m, axis=0)[lower_factor_index]
     mu_step = np.diff(mean_mu, axis=0)[lower_factor_index]
     mu_at_lower_factor = np.where(is_enclosed, mean_mu[lower_factor_index], np.nan)
@@ -628,20 +629,21 @@ def _inversion_table(
     )
 
 
-def _nearest_pair(encloses: BoolArray) -> IndexArray:
+def _nearest_pair_index(encloses_measured: BoolArray) -> IndexArray:
     """The pair of neighbouring factors nearest to 1, of those that enclose the measured torque.
 
     Pairs on both sides of 1 are equally near except for rounding: the lower one is taken.
 
     Args:
-        encloses: Whether each pair of `_TRACTION_FACTORS` encloses it, shape (pairs, plateaus).
+        encloses_measured: Whether each pair of `_TRACTION_FACTORS` encloses it, shape
+            (pairs, plateaus).
 
     Returns:
         Index of the pair, which is that of its lower factor; shape (plateaus,).
     """
     # the geometric mean of both factors is at 1 where their product is
     distance_from_1 = np.abs(np.log(_TRACTION_FACTORS[:-1] * _TRACTION_FACTORS[1:]))
-    distance = np.where(encloses, distance_from_1[:, np.newaxis], np.inf)
+    distance = np.where(encloses_measured, distance_from_1[:, np.newaxis], np.inf)
     return first_smallest(distance, axis=0)
 
 
@@ -659,24 +661,25 @@ def _traction_torque_uncertainty_n_m(
     normal_numbers = scipy.special.ndtri(probabilities)
     bearing_settings = settings.bearing
     relative_uncertainty_by_term = {
-        term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
+        term: random_factor(bearing_settings, term, normal_numbers).std()
+        for term in RANDOM_FACTOR_TERMS
     }
     # drag is proportional to the oil's share of the volume, which is above 0
-    oil_volume_fraction = bearing_settings.uncertain()["oil_volume_fraction"]
+    oil_volume_fraction = bearing_settings.uncertain_inputs()["oil_volume_fraction"]
     relative_uncertainty_by_term["drag"] = (
         oil_volume_fraction.quantiles(probabilities).std() / oil_volume_fraction.value
     )
     # the momentum has an uncertainty also where its value is 0
     carried_flow_sd_m3_s = _sd_of_product(
-        bearing.uncertain["feed_flow_m3_s"].quantiles(probabilities),
-        bearing.uncertain["momentum_share"].quantiles(probabilities),
+        bearing.uncertain_inputs["feed_flow_m3_s"].quantiles(probabilities),
+        bearing.uncertain_inputs["momentum_share"].quantiles(probabilities),
     )
     uncertainties_n_m = [
         _calibration_uncertainty_n_m(plateaus, settings),
         momentum_torque_n_m(
             carried_flow_sd_m3_s * _density_kg_m3(oils, plateaus),
             plateaus["inner_speed_rpm"].to_numpy() * RAD_S_PER_RPM,
-            bearing.groove_bottom_m[0],
+            bearing.groove_bottom_radius_m[0],
         ),
     ]
     for term, relative_uncertainty in relative_uncertainty_by_term.items():
@@ -723,7 +726,7 @@ def _calibration_uncertainty_n_m(plateaus: pd.DataFrame, settings: Settings) -> 
 def cage_slip_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
     """Cage slip of each oil over the speeds and axial loads of `bearing.cage_slip`."""
     map_levels = settings.bearing.cage_slip
-    return _map_of_cage_slip(
+    return _cage_slip_map(
         "cage_slip",
         oils,
         settings,
@@ -743,17 +746,17 @@ def cage_slip_by_temperature_table(
         for temperature in map_levels.further_temperature_c
         if temperature != map_levels.inlet_temperature_c
     ]
-    return _map_of_cage_slip(
+    return _cage_slip_map(
         "cage_slip_by_temperature",
         oils,
         settings,
-        every_second(map_levels.pitch_speed_mm_rpm),
-        every_second(map_levels.axial_load_n),
+        every_second_level(map_levels.pitch_speed_mm_rpm),
+        every_second_level(map_levels.axial_load_n),
         temperatures,
     )
 
 
-def every_second(levels: Sequence[float]) -> list[float]:
+def every_second_level(levels: Sequence[float]) -> list[float]:
     """Every second level in rising order, both ends among them.
 
     Examples:
@@ -765,7 +768,7 @@ def every_second(levels: Sequence[float]) -> list[float]:
     return chosen if chosen[-1] == rising[-1] else [*chosen, rising[-1]]
 
 
-def _map_of_cage_slip(
+def _cage_slip_map(
     table_name: str,
     oils: Sequence[OilInBearing],
     settings: Settings,
@@ -797,12 +800,12 @@ def _map_of_cage_slip(
             "inlet_temperature_c": temperature_c.ravel(),
         }
     )
-    cases = Cases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
+    cases = FrictionCases(bearing, [CaseGroup(oil, "stress", points) for oil in oils])
     calculated, draws, _ = cases.calculate_with_uncertainty(settings.seed)
     slip_limit = settings.bearing.cage_slip.slip_limit
     # in how many draws the oil is the best one
     best_oil_columns = best_shares(draws, len(oils), slip_limit, settings.gates.lambda_limit)
-    return stacked([calculated.assign(**best_oil_columns)], table_name)
+    return stack_tables([calculated.assign(**best_oil_columns)], table_name)
 
 
 def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.DataFrame:
@@ -835,7 +838,7 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
         groups = [
             CaseGroup(oil, load_variable, point) for oil in oils for load_variable in oil.laws
         ]
-        calculated = Cases(variant, groups).calculate()
+        calculated = FrictionCases(variant, groups).calculate()
         torque_by_oil_and_variable = calculated.set_index(["oil", "load_variable"])[
             "traction_torque_n_m"
         ]
@@ -851,7 +854,7 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
                 relative_to_stress=calculated["traction_torque_n_m"] / stress_torque_n_m - 1,
             )
         )
-    stacked_table = stacked(terms_of_variants, "size_effect")
+    stacked_table = stack_tables(terms_of_variants, "size_effect")
     rank_of_oil = {oil.name: rank for rank, oil in enumerate(oils)}
     return stacked_table.sort_values(
         "oil", key=lambda names: names.map(rank_of_oil), kind="stable", ignore_index=True
@@ -870,7 +873,7 @@ def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
         land_clearance_m=size_factor * bearing.cage.land_clearance_m,
     )
     scaled_inputs = {
-        name: bearing.uncertain[name].scaled(size_factor**power)
+        name: bearing.uncertain_inputs[name].scaled(size_factor**power)
         for name, power in _SIZE_POWERS.items()
     }
     return replace(
@@ -878,11 +881,11 @@ def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
         ball_diameter_m=size_factor * bearing.ball_diameter_m,
         pitch_diameter_m=size_factor * bearing.pitch_diameter_m,
         cage=cage,
-        uncertain={**bearing.uncertain, **scaled_inputs},
+        uncertain_inputs={**bearing.uncertain_inputs, **scaled_inputs},
     )
 
 
-def stacked(tables_to_stack: Iterable[pd.DataFrame], table_name: str) -> pd.DataFrame:
+def stack_tables(tables_to_stack: Iterable[pd.DataFrame], table_name: str) -> pd.DataFrame:
     """A table from its parts, one below the other, with the declared columns only."""
     frames = list(tables_to_stack)
     stacked_table = pd.concat(frames, ignore_index=True) if frames else tables.empty(table_name)

@@ -13,13 +13,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 import pandas as pd
 
 from oilfilm.base.ties import exceeds, first_smallest, reaches
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
-IntArray = npt.NDArray[np.intp]
 OPERATING_POINT_COLUMNS = [
     "bearing",
     "inlet_temperature_c",
@@ -57,22 +55,24 @@ def arrays_by_oil(
 NOT_KNOWN = "not known"
 
 
-def enough_film(lambda_ratio: FloatArray, lambda_limit: float) -> tuple[BoolArray, BoolArray]:
-    """Whether a film is thick enough, and whether it may be thick enough.
+def certain_and_possible_full_film(
+    lambda_ratio: FloatArray, lambda_limit: float
+) -> tuple[BoolArray, BoolArray]:
+    """Where a film is known to be full, and where it is or may be full.
 
-    An unknown film may be thick enough.
+    An unknown film may be full.
 
     Args:
         lambda_ratio: Film thickness over roughness; NaN where it is not known.
         lambda_limit: A film is full above this ratio.
     """
-    is_enough = exceeds(lambda_ratio, lambda_limit)
-    return is_enough, is_enough | np.isnan(lambda_ratio)
+    is_full = exceeds(lambda_ratio, lambda_limit)
+    return is_full, is_full | np.isnan(lambda_ratio)
 
 
-def best_index(
+def index_of_best_oil(
     slip: FloatArray, torque: FloatArray, has_film: BoolArray, slip_limit: float
-) -> IntArray:
+) -> IndexArray:
     """Index of the best oil of those with an equilibrium; -1 where none has enough film.
 
     Args:
@@ -94,12 +94,12 @@ class BestOil:
     """The best oil of operating points; each attribute has the shape of the points.
 
     Attributes:
-        oil_index: Index of the best oil by `best_index`, if the unknown films are too thin.
+        oil_index: Index of the best oil by `index_of_best_oil`, if the unknown films are too thin.
         lacks_equilibrium: True where an oil that may have enough film has no equilibrium.
         lacks_film: True where another oil would be best if the unknown films were thick enough.
     """
 
-    oil_index: IntArray
+    oil_index: IndexArray
     lacks_equilibrium: BoolArray
     lacks_film: BoolArray
 
@@ -125,9 +125,9 @@ def find_best_oil(
         slip_limit: Largest cage slip of a held cage.
         lambda_limit: A film is full above this ratio.
     """
-    has_film, may_have_film = enough_film(lambda_ratio, lambda_limit)
-    best_oil_index = best_index(slip, torque, has_film, slip_limit)
-    best_index_with_unknown_films = best_index(slip, torque, may_have_film, slip_limit)
+    has_film, may_have_film = certain_and_possible_full_film(lambda_ratio, lambda_limit)
+    best_oil_index = index_of_best_oil(slip, torque, has_film, slip_limit)
+    best_index_with_unknown_films = index_of_best_oil(slip, torque, may_have_film, slip_limit)
     without_equilibrium = may_have_film & ~np.isfinite(slip)
     return BestOil(
         oil_index=best_oil_index,
@@ -178,7 +178,7 @@ def best_shares(
     draws_by_oil = draws.reshape(quantity_count, draw_count, oil_count, column_count // oil_count)
     torque, slip, lambda_ratio = draws_by_oil.swapaxes(1, 2)
     best = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
-    answered_draws = best.is_known.sum(axis=0)
+    answered_draw_count = best.is_known.sum(axis=0)
     draws_with_best_oil = np.array(
         [
             (best.is_known & (best.oil_index == oil_index)).sum(axis=0)
@@ -187,23 +187,23 @@ def best_shares(
     )
     shares = np.divide(
         draws_with_best_oil,
-        answered_draws,
+        answered_draw_count,
         out=np.full(draws_with_best_oil.shape, np.nan),
-        where=answered_draws > 0,
+        where=answered_draw_count > 0,
     )
     return {
         "best_share": shares.ravel(),
-        "draws_answered": np.tile(answered_draws, oil_count),
-        "draws_unanswered": np.tile(draw_count - answered_draws, oil_count),
+        "draws_answered": np.tile(answered_draw_count, oil_count),
+        "draws_unanswered": np.tile(draw_count - answered_draw_count, oil_count),
     }
 
 
-def stays_best(cage_slip_table: pd.DataFrame, share: float) -> pd.DataFrame:
-    """Whether one oil is best in at least a share of the draws, at each operating point.
+def certainty_of_best_oil(cage_slip_table: pd.DataFrame, share: float) -> pd.DataFrame:
+    """How certain it is that one oil is best in a share of the draws, at each operating point.
 
     Args:
         cage_slip_table: Table of cage slip.
-        share: Share of all draws.
+        share: Smallest share of all draws in which the oil must be best.
 
     Returns:
         One row per operating point. `surely` is true if one oil reaches the share without the draws

@@ -14,7 +14,7 @@ from oilfilm.physics.contact import Contact
 from oilfilm.physics.film import contact_film
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Calibration, FullScale, Rig, RigLimits
-from oilfilm.torque.operating_grid import Film
+from oilfilm.torque.operating_grid import OilFilm
 
 # Smallest number of slips of a test, as many as a curve has coefficients.
 _FEWEST_SLIPS = 3
@@ -113,8 +113,8 @@ class JudgedTests:
         return count_by_limit
 
     @property
-    def _last_reached(self) -> tuple[IndexArray, IndexArray]:
-        """Row and column of the largest slip that each test reaches."""
+    def _index_of_last_reached(self) -> tuple[IndexArray, IndexArray]:
+        """Row and column of the largest slip that each test reaches, as an index of arrays."""
         slips_from_end = np.argmax(self.is_reached[:, ::-1], axis=1)
         slip_index = len(self.slip) - 1 - slips_from_end
         return np.arange(len(slip_index)), slip_index
@@ -122,13 +122,13 @@ class JudgedTests:
     @property
     def largest_slip(self) -> FloatArray:
         """Largest slip of each test that can be run, shape (tests,)."""
-        _, slip_index = self._last_reached
+        _, slip_index = self._index_of_last_reached
         return self.slip[slip_index]
 
     @property
     def smallest_lambda(self) -> FloatArray:
-        """lambda at the largest slip of each test, shape (tests,)."""
-        return self.lambda_ratio[self._last_reached]
+        """lambda of each test at its largest slip, where the film is thinnest, shape (tests,)."""
+        return self.lambda_ratio[self._index_of_last_reached]
 
 
 def limits_with_counts(left_out_count_by_limit: dict[str, int]) -> str:
@@ -140,7 +140,7 @@ def limits_with_counts(left_out_count_by_limit: dict[str, int]) -> str:
 
 def judge_tests(
     rig: PlannedRig,
-    film: Film | None,
+    film: OilFilm | None,
     lambda_limit: float,
     conditions: FloatArray,
     slip: FloatArray,

@@ -14,20 +14,20 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.units import RAD_S_PER_RPM, BoolArray, FloatArray, IndexArray
-from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
+from oilfilm.bearing.equilibria import NearbyEquilibria, friction_equilibrium
 from oilfilm.bearing.geometry import Bearing, OilSupply
-from oilfilm.bearing.inputs import Inputs
+from oilfilm.bearing.inputs import InputValues
 from oilfilm.physics.contact import Floats
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
-from oilfilm.torque.bearing_torque import CaseGroup, Cases, OilInBearing, stacked
+from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, OilInBearing, stack_tables
 from oilfilm.torque.best_oil import best_oil_table
 
 # Highest temperature of an oil in a bearing; no oil is a liquid above.
-_HOTTEST_C = 400.0
+_HIGHEST_OIL_TEMPERATURE_C = 400.0
 # Largest relative error of a heat balance. A larger error means that the heat jumps there.
-_LARGEST_ERROR = 1e-6
+_LARGEST_RELATIVE_ERROR = 1e-6
 # Tolerance of the temperature rise.
 _TOLERANCE_K = 1e-9
 
@@ -100,7 +100,7 @@ def heat_balance(
     """
     all_point_indices = np.arange(len(inlet_temperature_c))
 
-    def contact_c(rise_k: FloatArray, point_index: IndexArray) -> FloatArray:
+    def contact_temperature_at_rise_c(rise_k: FloatArray, point_index: IndexArray) -> FloatArray:
         """Temperature (degC) of the oil in the contacts at this rise of the oil."""
         return np.asarray(inlet_temperature_c[point_index] + supply.outlet_weight * rise_k)
 
@@ -108,7 +108,7 @@ def heat_balance(
         """Heat taken by the oil less the friction heat; 0 in the balance."""
         inlet_c = inlet_temperature_c[point_index]
         friction_heat_to_oil_w = supply.heat_share * friction_heat_w(
-            contact_c(rise_k, point_index), point_index
+            contact_temperature_at_rise_c(rise_k, point_index), point_index
         )
         return heat_to_oil_w(oil, supply, inlet_c, inlet_c + rise_k) - friction_heat_to_oil_w
 
@@ -116,7 +116,7 @@ def heat_balance(
     # heat and heat capacity at the inlet temperature overestimate the rise
     heat_per_kelvin_w = heat_to_oil_w(oil, supply, inlet_temperature_c, inlet_temperature_c + 1)
     largest_rise_k = 1.5 * heat_at_inlet_w / heat_per_kelvin_w + 1
-    largest_rise_k = np.minimum(largest_rise_k, _HOTTEST_C - inlet_temperature_c)
+    largest_rise_k = np.minimum(largest_rise_k, _HIGHEST_OIL_TEMPERATURE_C - inlet_temperature_c)
     # imported here because most jobs import this module and calculate no heat balance
     from scipy.optimize import elementwise  # noqa: PLC0415
 
@@ -124,15 +124,17 @@ def heat_balance(
         excess_cooling_w,
         (np.zeros(len(all_point_indices)), largest_rise_k),
         args=(all_point_indices,),
-        tolerances={"xatol": _TOLERANCE_K, "frtol": 1e-3 * _LARGEST_ERROR},
+        tolerances={"xatol": _TOLERANCE_K, "frtol": 1e-3 * _LARGEST_RELATIVE_ERROR},
     )
     heat_scale_w = np.maximum(np.abs(heat_at_inlet_w), np.finfo(float).tiny)
     is_without_heat = heat_at_inlet_w == 0
-    is_solved = root.success & (np.abs(root.f_x) <= _LARGEST_ERROR * heat_scale_w)
+    is_solved = root.success & (np.abs(root.f_x) <= _LARGEST_RELATIVE_ERROR * heat_scale_w)
     is_balanced = is_without_heat | is_solved
     rise_k = np.where(is_balanced, np.where(is_without_heat, 0.0, root.x), np.nan)
     return HeatBalance(
-        inlet_temperature_c + rise_k, contact_c(rise_k, all_point_indices), is_balanced
+        inlet_temperature_c + rise_k,
+        contact_temperature_at_rise_c(rise_k, all_point_indices),
+        is_balanced,
     )
 
 
@@ -187,7 +189,7 @@ def heat_balance_table(
     with_heated_oil["heated_best_oil"] = _best_oil_of_rows(
         with_heated_oil, heated_map_results, settings
     )
-    return stacked([with_heated_oil], "heat_balance")
+    return stack_tables([with_heated_oil], "heat_balance")
 
 
 def _best_oil_of_rows(
@@ -210,7 +212,7 @@ def _best_oil_of_rows(
 
 def _heated_cases(
     oil: OilInBearing, bearing: Bearing, points: pd.DataFrame, contact_temperature_c: FloatArray
-) -> Cases:
+) -> FrictionCases:
     """Operating points with the oil of the contacts at another temperature than at the inlet.
 
     The mass flow of the feed oil is that at the inlet, where its volume flow is stated.
@@ -224,11 +226,11 @@ def _heated_cases(
     inlet_temperature_c = points["inlet_temperature_c"].to_numpy(dtype=float)
     inlet_density_kg_m3 = oil.properties.density_kg_m3(inlet_temperature_c)
     volume_ratio = inlet_density_kg_m3 / oil.properties.density_kg_m3(contact_temperature_c)
-    inputs = Inputs.without_draws(
-        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+    inputs = InputValues.nominal(
+        {**bearing.uncertain_inputs, **oil.bearing_settings.uncertain_inputs()}, len(points)
     )
     heated_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=contact_temperature_c)
-    return Cases(
+    return FrictionCases(
         bearing,
         [CaseGroup(oil, "stress", heated_points)],
         replace(inputs, feed_flow_m3_s=inputs.feed_flow_m3_s * volume_ratio),
@@ -240,10 +242,14 @@ def _friction_with_heated_oil(
 ) -> pd.DataFrame:
     """Friction at the points of one oil, with the oil at the temperature of its heat balance."""
     speed_rpm, _, inlet_c = points[_POINT_COLUMNS].to_numpy(dtype=float).T
-    inlet_problem = Cases(bearing, [CaseGroup(oil, "stress", points[_POINT_COLUMNS])]).problem
+    inlet_problem = FrictionCases(
+        bearing, [CaseGroup(oil, "stress", points[_POINT_COLUMNS])]
+    ).problem
     inlet_equilibrium = friction_equilibrium(inlet_problem)
     # the motion at the last temperature of each point
-    latest_motion = Neighbour.from_unknowns(inlet_problem, inlet_equilibrium.solution.unknowns)
+    latest_equilibria = NearbyEquilibria.from_unknowns(
+        inlet_problem, inlet_equilibrium.solution.unknowns
+    )
 
     def friction_heat_w(contact_temperature_c: FloatArray, point_index: IndexArray) -> FloatArray:
         """Friction heat by the equilibrium near the motion at the last temperature."""
@@ -257,9 +263,11 @@ def _friction_with_heated_oil(
         problem = _heated_cases(
             oil, bearing, points.iloc[solvable_index], contact_temperature_c[can_be_solved]
         ).problem
-        equilibrium = friction_equilibrium(problem, latest_motion.at_points(solvable_index))
+        equilibrium = friction_equilibrium(problem, latest_equilibria.at_points(solvable_index))
         converged = equilibrium.solution.converged
-        latest_motion.unknowns[solvable_index[converged]] = equilibrium.solution.unknowns[converged]
+        latest_equilibria.unknowns[solvable_index[converged]] = equilibrium.solution.unknowns[
+            converged
+        ]
         power_w = equilibrium.torque_n_m() * speed_rpm[solvable_index] * RAD_S_PER_RPM
         heat_w[can_be_solved] = np.where(converged, power_w, np.nan)
         return heat_w
@@ -267,7 +275,7 @@ def _friction_with_heated_oil(
     balance = heat_balance(friction_heat_w, oil.properties, supply, inlet_c)
     balanced_temperature_c = np.where(balance.is_balanced, balance.contact_temperature_c, inlet_c)
     calculated = _heated_cases(oil, bearing, points, balanced_temperature_c).calculate(
-        latest_motion
+        latest_equilibria
     )
     calculated.loc[~balance.is_balanced, _COMPARED_COLUMNS] = np.nan
     key_columns = points[

@@ -27,15 +27,15 @@ from oilfilm.surface.measurements import (
 )
 from oilfilm.traction.law import CONDITIONS
 
-# Whether a rig can run each of some conditions, shape (runs, 3) to (runs,).
-Runnable = Callable[[FloatArray], BoolArray]
+# Function that returns which of some conditions a rig can run: shape (runs, 3) to (runs,).
+CanRun = Callable[[FloatArray], BoolArray]
 # Levels of pressure, speed and temperature of a first plan. Each pair of pressure and speed is run
 # at two temperatures: 24 runs. The mean error of mu of eleven oils is 0.027 with them. It is 0.031
 # with the eight corners and 16 conditions that are farthest from them and from each other.
 _FIRST_LEVELS = (3, 4, 6)
 _TEMPERATURES_PER_PAIR = 2
 # Digits of a new level, less than the width of a level.
-_DIGITS = 3
+_SIGNIFICANT_DIGITS = 3
 # Scaled range of one level of P, U and T.
 _LEVEL_WIDTHS = LevelWidths().scaled()
 
@@ -56,7 +56,7 @@ class PlannedRun:
 
 
 @dataclass(frozen=True)
-class Levels:
+class ConditionLevels:
     """Distinct conditions of a campaign, and the levels of P, U and T that they have.
 
     Attributes:
@@ -68,9 +68,9 @@ class Levels:
     levels_of_condition: tuple[FloatArray, ...]
 
     @classmethod
-    def from_conditions(cls, conditions: FloatArray) -> "Levels":
+    def from_conditions(cls, conditions: FloatArray) -> "ConditionLevels":
         """The levels of conditions in any order, of which some may be equal."""
-        conditions = distinct(conditions)
+        conditions = distinct_conditions(conditions)
         levels_of_condition = []
         level_numbers_of_conditions = level_numbers(scaled_conditions(conditions), LevelWidths())
         for values_of_condition, level_number_of_value in zip(
@@ -115,20 +115,20 @@ class Levels:
         return np.array(middle_values)
 
     def nearest(
-        self, target_conditions: FloatArray, may_be_taken: BoolArray, is_compared: BoolArray
+        self, target_conditions: FloatArray, is_allowed: BoolArray, is_compared: BoolArray
     ) -> FloatArray:
         """The condition that is nearest to a target, shape (3,); of equal ones the first.
 
         Args:
             target_conditions: P, U and T, shape (3,).
-            may_be_taken: Which conditions may be taken, shape (conditions,).
+            is_allowed: Which conditions may be returned, shape (conditions,).
             is_compared: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
         span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
         scaled_distance = (scaled - scaled_conditions(target_conditions[np.newaxis])) / span
         distance = np.sum(scaled_distance[:, is_compared] ** 2, axis=1)
-        nearest_index = int(first_smallest(np.where(may_be_taken, distance, np.inf)))
+        nearest_index = int(first_smallest(np.where(is_allowed, distance, np.inf)))
         return np.asarray(self.conditions[nearest_index])
 
     def has_level(self, condition_index: int, level: float) -> BoolArray:
@@ -150,7 +150,7 @@ def _is_wider(scaled_distance: FloatArray, width: FloatArray) -> BoolArray:
     return exceeds(np.abs(scaled_distance), width, size=1.0)
 
 
-def distinct(conditions: FloatArray) -> FloatArray:
+def distinct_conditions(conditions: FloatArray) -> FloatArray:
     """Different conditions, sorted by value, shape (conditions, 3).
 
     Of those that have the same levels the first one is taken.
@@ -196,12 +196,12 @@ def evenly_spaced_values(
     scaled_lowest, scaled_highest = scaled_conditions(ends)
     scaled = np.linspace(scaled_lowest, scaled_highest, value_count)
     values = unscaled_conditions(scaled)[:, condition_index]
-    rounded_values = [float(f"{value:.{_DIGITS}g}") for value in values[1:-1]]
+    rounded_values = [float(f"{value:.{_SIGNIFICANT_DIGITS}g}") for value in values[1:-1]]
     return np.array([lowest, *rounded_values, highest], dtype=float)
 
 
 def lacking_runs(
-    conditions: FloatArray, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
+    conditions: FloatArray, levels_to_choose: Sequence[Sequence[float]], can_run: CanRun
 ) -> list[PlannedRun]:
     """The runs that a campaign lacks: levels of a condition, then corners of the box.
 
@@ -211,17 +211,17 @@ def lacking_runs(
         conditions: Conditions that are tested, or will be, shape (runs, 3).
         levels_to_choose: Levels of P, U and T. New levels of a condition that was not varied are
             chosen among them.
-        runnable: Which conditions the rig can run.
+        can_run: Which conditions the rig can run.
     """
-    tested_levels = Levels.from_conditions(conditions)
+    tested_levels = ConditionLevels.from_conditions(conditions)
     runs = _third_level_runs(tested_levels)
-    runs += _runs_of_constant_conditions(tested_levels, levels_to_choose, runnable)
+    runs += _runs_of_constant_conditions(tested_levels, levels_to_choose, can_run)
     extended_conditions = tested_levels.conditions
     for run in runs:
         conditions_of_run = run.conditions[np.newaxis]
-        if runnable(conditions_of_run).all():
+        if can_run(conditions_of_run).all():
             extended_conditions = np.concatenate([extended_conditions, conditions_of_run])
-    runs += _corner_runs(Levels.from_conditions(extended_conditions))
+    runs += _corner_runs(ConditionLevels.from_conditions(extended_conditions))
     return _new_runs(runs, tested_levels.conditions)
 
 
@@ -237,7 +237,7 @@ def _new_runs(runs: list[PlannedRun], tested_conditions: FloatArray) -> list[Pla
     return new_runs
 
 
-def _third_level_runs(tested_levels: Levels) -> list[PlannedRun]:
+def _third_level_runs(tested_levels: ConditionLevels) -> list[PlannedRun]:
     """Runs at the level between two levels: the centre of the box, and the centre of each face.
 
     Conditions with two levels are at the middle of their scale. The others are as in a tested
@@ -247,8 +247,8 @@ def _third_level_runs(tested_levels: Levels) -> list[PlannedRun]:
     if not has_two_levels.any():
         return []
     middle_of_box = tested_levels.middle
-    everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
-    runs = [_run_at_middle(tested_levels, middle_of_box, has_two_levels, everywhere)]
+    is_allowed_everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
+    runs = [_run_at_middle(tested_levels, middle_of_box, has_two_levels, is_allowed_everywhere)]
     for condition_index in np.flatnonzero(~tested_levels.is_constant).tolist():
         is_between = has_two_levels.copy()
         is_between[condition_index] = False
@@ -263,15 +263,15 @@ def _third_level_runs(tested_levels: Levels) -> list[PlannedRun]:
 
 
 def _run_at_middle(
-    tested_levels: Levels,
+    tested_levels: ConditionLevels,
     target_conditions: FloatArray,
     is_between: BoolArray,
-    may_be_taken: BoolArray,
+    is_allowed: BoolArray,
 ) -> PlannedRun:
     """A run with some conditions as in the target, and the others as in the nearest tested one."""
     conditions = target_conditions
     if not is_between.all():
-        nearest = tested_levels.nearest(target_conditions, may_be_taken, ~is_between)
+        nearest = tested_levels.nearest(target_conditions, is_allowed, ~is_between)
         conditions = np.where(is_between, target_conditions, nearest)
     return PlannedRun(conditions, "third_level", _condition_names(is_between))
 
@@ -282,7 +282,7 @@ def _condition_names(is_chosen: BoolArray) -> tuple[str, ...]:
 
 
 def _runs_of_constant_conditions(
-    tested_levels: Levels, levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
+    tested_levels: ConditionLevels, levels_to_choose: Sequence[Sequence[float]], can_run: CanRun
 ) -> list[PlannedRun]:
     """Runs at two more levels of each condition that was not varied.
 
@@ -293,7 +293,7 @@ def _runs_of_constant_conditions(
     for condition_index in np.flatnonzero(tested_levels.is_constant).tolist():
         is_new = np.arange(len(CONDITIONS)) == condition_index
         for new_level in _two_levels(
-            tested_levels, condition_index, levels_to_choose[condition_index], runnable
+            tested_levels, condition_index, levels_to_choose[condition_index], can_run
         ):
             for central_condition in central_conditions:
                 conditions = np.where(is_new, new_level, central_condition)
@@ -301,11 +301,13 @@ def _runs_of_constant_conditions(
     return runs
 
 
-def _central_conditions(tested_levels: Levels) -> list[FloatArray]:
+def _central_conditions(tested_levels: ConditionLevels) -> list[FloatArray]:
     """The tested conditions nearest to the middle of the box, and to that of each face."""
     all_conditions = np.ones(len(CONDITIONS), dtype=bool)
-    everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
-    central_conditions = [tested_levels.nearest(tested_levels.middle, everywhere, all_conditions)]
+    is_allowed_everywhere = np.ones(len(tested_levels.conditions), dtype=bool)
+    central_conditions = [
+        tested_levels.nearest(tested_levels.middle, is_allowed_everywhere, all_conditions)
+    ]
     for condition_index in np.flatnonzero(~tested_levels.is_constant).tolist():
         for box_end in (tested_levels.lowest, tested_levels.highest):
             on_face = tested_levels.has_level(condition_index, box_end[condition_index])
@@ -316,10 +318,10 @@ def _central_conditions(tested_levels: Levels) -> list[FloatArray]:
 
 
 def _two_levels(
-    tested_levels: Levels,
+    tested_levels: ConditionLevels,
     condition_index: int,
     levels_to_choose: Sequence[float],
-    runnable: Runnable,
+    can_run: CanRun,
 ) -> list[float]:
     """Two new levels of a condition that has only one.
 
@@ -332,7 +334,7 @@ def _two_levels(
     possible_levels = [tested_level]
     for level in levels_to_choose:
         corners[:, condition_index] = level
-        if runnable(corners).all():
+        if can_run(corners).all():
             possible_levels.append(level)
     lowest, highest = min(possible_levels), max(possible_levels)
     if tested_level - lowest < highest - tested_level:
@@ -354,7 +356,7 @@ def _two_levels(
     ]
 
 
-def _corner_runs(levels: Levels) -> list[PlannedRun]:
+def _corner_runs(levels: ConditionLevels) -> list[PlannedRun]:
     """Runs at the corners of the box."""
     return [PlannedRun(corner, "corner") for corner in corners_of(levels.lowest, levels.highest)]
 
@@ -364,7 +366,7 @@ def corners_of(lowest: FloatArray, highest: FloatArray) -> FloatArray:
     return np.array(list(itertools.product(*np.stack([lowest, highest], axis=1))))
 
 
-def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) -> list[PlannedRun]:
+def first_runs(levels_to_choose: Sequence[Sequence[float]], can_run: CanRun) -> list[PlannedRun]:
     """24 runs for a campaign without data: at three pressures, four speeds and six temperatures.
 
     The levels are equally spaced in the scale of the conditions, over the largest box among the
@@ -372,12 +374,12 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
 
     Args:
         levels_to_choose: Levels of P, U and T.
-        runnable: Which conditions the rig can run.
+        can_run: Which conditions the rig can run.
 
     Returns:
         No runs where the rig can run none of these levels.
     """
-    range_of_condition = _largest_box(levels_to_choose, runnable)
+    range_of_condition = _largest_box(levels_to_choose, can_run)
     if range_of_condition is None:
         return []
     levels_of_condition = []
@@ -397,12 +399,12 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], runnable: Runnable) 
                 conditions_of_runs.append((pressure, speed, temperatures[temperature_index]))
     return [
         PlannedRun(conditions, "first_plan")
-        for conditions in distinct(np.array(conditions_of_runs))
+        for conditions in distinct_conditions(np.array(conditions_of_runs))
     ]
 
 
 def _largest_box(
-    levels_to_choose: Sequence[Sequence[float]], runnable: Runnable
+    levels_to_choose: Sequence[Sequence[float]], can_run: CanRun
 ) -> list[tuple[float, float]] | None:
     """The largest box among levels whose corners can be run; None where nothing can be run.
 
@@ -413,7 +415,7 @@ def _largest_box(
     """
     all_conditions = np.array(list(itertools.product(*levels_to_choose)))
     level_counts = tuple(len(levels) for levels in levels_to_choose)
-    can_run = runnable(all_conditions).reshape(level_counts)
+    is_runnable = can_run(all_conditions).reshape(level_counts)
     scaled_levels = scaled_conditions(all_conditions).reshape(*level_counts, len(CONDITIONS))
     # rows of a box: P, U and T; columns: index of its lowest and of its highest level
     level_pairs_of_condition = [
@@ -424,7 +426,7 @@ def _largest_box(
     is_possible = np.ones(len(boxes), dtype=bool)
     for end_of_condition in itertools.product((0, 1), repeat=len(CONDITIONS)):
         corner = boxes[:, np.arange(len(CONDITIONS)), end_of_condition]
-        is_possible &= can_run[tuple(corner.T)]
+        is_possible &= is_runnable[tuple(corner.T)]
     if not is_possible.any():
         return None
     boxes = boxes[is_possible]

@@ -37,15 +37,15 @@ class LawInBearing:
         rig_contact: Contact of the traction rig on which the law was fitted.
         smallest_level_of_condition: Smallest level of each condition at which the power laws are
             evaluated. They have no value at zero.
-        internal: Internal constants of the law: one row, shape (1, constants), or one row for each
-            operating point of the bearing, shape (points, constants).
+        internal_constants: Internal constants of the law: one row, shape (1, constants), or one row
+            for each operating point of the bearing, shape (points, constants).
     """
 
     fitted: FittedLaw
     load_variable: str
     rig_contact: Contact
     smallest_level_of_condition: Mapping[str, float]
-    internal: FloatArray
+    internal_constants: FloatArray
 
     @classmethod
     def from_fit(
@@ -56,30 +56,42 @@ class LawInBearing:
         smallest_level_of_condition: Mapping[str, float],
     ) -> "LawInBearing":
         """A fitted law with the constants of its fit."""
-        internal = to_internal(fitted.law, fitted.coefficients.constants)
+        internal_constants = to_internal(fitted.law, fitted.coefficients.constants)
         return cls(
-            fitted, load_variable, rig_contact, smallest_level_of_condition, np.atleast_2d(internal)
+            fitted,
+            load_variable,
+            rig_contact,
+            smallest_level_of_condition,
+            np.atleast_2d(internal_constants),
         )
 
     def with_constants(self, constants: FloatArray) -> "LawInBearing":
         """The same law with other constants: one row, or one row for each operating point."""
-        return replace(self, internal=to_internal(self.fitted.law, np.atleast_2d(constants)))
+        return replace(
+            self, internal_constants=to_internal(self.fitted.law, np.atleast_2d(constants))
+        )
 
     def at_points(self, point_index: IndexArray) -> "LawInBearing":
         """See `TractionLaw`."""
-        has_one_row = len(self.internal) == 1
-        return self if has_one_row else replace(self, internal=self.internal[point_index])
+        has_one_row = len(self.internal_constants) == 1
+        return (
+            self
+            if has_one_row
+            else replace(self, internal_constants=self.internal_constants[point_index])
+        )
 
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         law = self.fitted.law
-        conditions_of_law = self.conditions_of_law(self._level_by_condition(conditions))
+        limited_conditions = self.limited_conditions(self._level_by_condition(conditions))
         law = law.in_contacts(conditions.radius_x_m.ravel(), conditions.reduced_modulus_pa)
-        conditions_table = conditions_of_law.reshape(-1, conditions_of_law.shape[-1])
+        conditions_table = limited_conditions.reshape(-1, limited_conditions.shape[-1])
         design = law.design(conditions_table, self.fitted.coefficients.group_has_exponent)
-        design = design.reshape(*conditions_of_law.shape[:-1], -1)
+        design = design.reshape(*limited_conditions.shape[:-1], -1)
         # axes: points, contacts, nodes, coefficients of the law, constants of a coefficient
-        constants = self.internal.reshape(len(self.internal), 1, 1, len(law.coefficients), -1)
+        constants = self.internal_constants.reshape(
+            len(self.internal_constants), 1, 1, len(law.coefficients), -1
+        )
         coefficients_of_law = np.exp(np.einsum("...d,...ld->l...", design, constants))
         mu = law.mu_of_magnitudes(coefficients_of_law, slide_roll_ratio)
         # at small slip a law may give more traction than the creep of the bodies allows
@@ -87,7 +99,7 @@ class LawInBearing:
         creep = creep_slope(relative_pressure, conditions.ellipticity)
         return np.minimum(mu, creep * slide_roll_ratio, out=mu)
 
-    def conditions_of_law(self, level_by_condition: Mapping[str, FloatArray]) -> FloatArray:
+    def limited_conditions(self, level_by_condition: Mapping[str, FloatArray]) -> FloatArray:
         """The law's conditions, none below its smallest level, shape (..., conditions).
 
         Args:
@@ -182,11 +194,17 @@ def join_laws(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> Trac
         internal_of_group = []
         for law, group_kind, point_count in zip(laws, kind_of_group, point_counts, strict=True):
             # groups of another kind have constants as well, which are not used
-            internal = law.internal if group_kind == kind else first_of_kind.internal
-            internal_of_group.append(
-                np.resize(internal, (point_count, first_of_kind.internal.shape[1]))
+            internal_constants = (
+                law.internal_constants if group_kind == kind else first_of_kind.internal_constants
             )
-        laws_of_kinds.append(replace(first_of_kind, internal=np.concatenate(internal_of_group)))
+            internal_of_group.append(
+                np.resize(
+                    internal_constants, (point_count, first_of_kind.internal_constants.shape[1])
+                )
+            )
+        laws_of_kinds.append(
+            replace(first_of_kind, internal_constants=np.concatenate(internal_of_group))
+        )
     if len(laws_of_kinds) == 1:
         return laws_of_kinds[0]
     law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], point_counts)

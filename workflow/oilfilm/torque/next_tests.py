@@ -36,10 +36,10 @@ from oilfilm.physics.contact import Floats
 from oilfilm.settings.config import PlanLevels, PlanSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
-from oilfilm.torque.answers import DUTY_COLUMNS, Budget, budgets, duty_points
-from oilfilm.torque.bearing_torque import OilInBearing, oils_with_uncertainty, stacked
+from oilfilm.torque.answers import DUTY_COLUMNS, UncertaintyBudget, duty_points, uncertainty_budgets
+from oilfilm.torque.bearing_torque import OilInBearing, oils_with_uncertainty, stack_tables
 from oilfilm.torque.feasible_tests import PlannedRig, judge_tests, limits_with_counts
-from oilfilm.torque.operating_grid import Film, Grid
+from oilfilm.torque.operating_grid import Grid, OilFilm
 from oilfilm.torque.wanted_quantities import (
     BEARING_TARGETS,
     WantedQuantities,
@@ -54,7 +54,7 @@ _SMALLEST_SPAN = np.array([0.1, 0.1, 10.0])
 
 
 @dataclass(frozen=True)
-class Candidates:
+class CandidateTests:
     """Tests that a rig can run.
 
     Attributes:
@@ -71,8 +71,12 @@ class Candidates:
 
 
 def feasible_candidates(
-    levels: PlanLevels, rig: PlannedRig, film: Film, lambda_limit: float, information: Information
-) -> Candidates:
+    levels: PlanLevels,
+    rig: PlannedRig,
+    film: OilFilm,
+    lambda_limit: float,
+    information: Information,
+) -> CandidateTests:
     """The tests at the levels of a plan that a rig can run with a full film.
 
     A test has those slips of the measured curves that the rig and its speed sensor reach.
@@ -113,7 +117,7 @@ def feasible_candidates(
         slip=all_slips[is_reached],
     )
     form_error = information.form_error_at(curves.conditions[curves.curve_of_point], curves.slip)
-    return Candidates(feasible_tests, curves, form_error, judged.left_out_count_by_limit)
+    return CandidateTests(feasible_tests, curves, form_error, judged.left_out_count_by_limit)
 
 
 def _all_tests(levels: PlanLevels) -> pd.DataFrame:
@@ -161,15 +165,15 @@ class NextTests:
 
     oil_name: str
     bearing_name: str
-    budget: Budget | None
+    budget: UncertaintyBudget | None
     irreducible_uncertainty: float
     information: Information
     wanted: WantedQuantities
-    candidates: Candidates
+    candidates: CandidateTests
     gradients: FloatArray
     design: Design
 
-    def with_irreducible(self, uncertainty_by_law: Floats) -> FloatArray:
+    def total_uncertainty(self, uncertainty_by_law: Floats) -> FloatArray:
         """The whole uncertainty with some parts by the law, of the shape of these parts."""
         return np.hypot(uncertainty_by_law, self.irreducible_uncertainty)
 
@@ -180,7 +184,7 @@ class NextTests:
         test_order = np.zeros(len(tests), dtype=np.int64)
         test_order[design.chosen_indices] = np.arange(1, len(design.chosen_indices) + 1)
         uncertainty_with_plan = np.full(len(tests), np.nan)
-        uncertainty_with_plan[design.chosen_indices] = self.with_irreducible(
+        uncertainty_with_plan[design.chosen_indices] = self.total_uncertainty(
             design.uncertainty_after
         )
         return tests.assign(
@@ -189,14 +193,14 @@ class NextTests:
             target=self.wanted.target,
             test_order=test_order,
             uncertainty_without_law=self.irreducible_uncertainty,
-            uncertainty_now=float(self.with_irreducible(design.uncertainty_before)),
-            uncertainty_with_test=self.with_irreducible(design.uncertainty_with_one),
+            uncertainty_now=float(self.total_uncertainty(design.uncertainty_before)),
+            uncertainty_with_test=self.total_uncertainty(design.uncertainty_with_one),
             uncertainty_with_plan=uncertainty_with_plan,
         )
 
 
 @dataclass(frozen=True)
-class Request:
+class PlanRequest:
     """Request for a plan.
 
     Attributes:
@@ -212,7 +216,7 @@ class Request:
     duty: FloatArray
 
 
-def request_from_settings(settings: Settings, bearing: Bearing | None = None) -> Request:
+def request_from_settings(settings: Settings, bearing: Bearing | None = None) -> PlanRequest:
     """The request of the settings.
 
     Args:
@@ -223,14 +227,14 @@ def request_from_settings(settings: Settings, bearing: Bearing | None = None) ->
     if bearing is None and settings.campaign.torque is not None:
         bearing = settings.tested_bearing()
     if bearing is None:
-        return Request(
+        return PlanRequest(
             ("traction",), test_count, bearing=None, duty=np.empty((0, len(DUTY_COLUMNS)))
         )
-    return Request(BEARING_TARGETS, test_count, bearing, duty_points(settings, bearing))
+    return PlanRequest(BEARING_TARGETS, test_count, bearing, duty_points(settings, bearing))
 
 
-def plan_oil(
-    results: CampaignTables, settings: Settings, oil_name: str, request: Request
+def plan_tests(
+    results: CampaignTables, settings: Settings, oil_name: str, request: PlanRequest
 ) -> list[NextTests]:
     """The tests to run next for an oil, one plan for each target.
 
@@ -255,7 +259,7 @@ def plan_oil(
     law_error_beyond = settings.bearing.law_error_beyond
     points = results.table("points", CURVE_COLUMNS, oil=oil_name)
     information = measured_information(fitted, points, oil_name, rig.calibration, law_error_beyond)
-    film = Film(rig.contact, properties, settings.film.thickness)
+    film = OilFilm(rig.contact, properties, settings.film.thickness)
     levels = settings.plan.levels
     candidates = feasible_candidates(levels, rig, film, settings.gates.lambda_limit, information)
     plans = []
@@ -265,21 +269,25 @@ def plan_oil(
         wanted_by_target = wanted_in_bearing(
             oil_in_bearing, request.bearing, request.duty, information, rig.contact
         )
-        budget_by_target = budgets(oil_in_bearing, request.bearing, request.duty, settings)
+        budget_by_target = uncertainty_budgets(
+            oil_in_bearing, request.bearing, request.duty, settings
+        )
         for target in targets_in_bearing:
             budget = budget_by_target[target]
-            wanted = wanted_by_target[target].at_known_points(
+            wanted = wanted_by_target[target].keep_known_points(
                 np.isfinite(budget.irreducible_uncertainty_of_point),
                 "too many draws have no equilibrium",
             )
             plans.append(
-                _next_tests(
+                _plan_for_target(
                     oil_name, request, settings.plan, wanted, information, candidates, budget
                 )
             )
     if "traction" in request.targets:
         wanted = wanted_traction(settings.plan.traction_at, information, rig.contact)
-        plans.append(_next_tests(oil_name, request, settings.plan, wanted, information, candidates))
+        plans.append(
+            _plan_for_target(oil_name, request, settings.plan, wanted, information, candidates)
+        )
     return plans
 
 
@@ -298,14 +306,14 @@ def _oil_in_bearing(results: CampaignTables, settings: Settings, oil_name: str) 
     )
 
 
-def _next_tests(
+def _plan_for_target(
     oil_name: str,
-    request: Request,
+    request: PlanRequest,
     plan_settings: PlanSettings,
     wanted: WantedQuantities,
     information: Information,
-    candidates: Candidates,
-    budget: Budget | None = None,
+    candidates: CandidateTests,
+    budget: UncertaintyBudget | None = None,
 ) -> NextTests:
     """The tests of one oil that make the wanted quantities most certain.
 
@@ -321,7 +329,7 @@ def _next_tests(
     form_process = _form_error_over_tests(plan_settings, wanted, information, candidates.curves)
     information_with_form = replace(information, form_process=form_process)
     gradients = information_with_form.gradients(
-        wanted.gradients, wanted.by_form_error, wanted.coordinates
+        wanted.gradients, wanted.change_by_form_error, wanted.coordinates
     )
     bearing_name = ""
     test_count = request.test_count
@@ -331,7 +339,7 @@ def _next_tests(
         irreducible_uncertainty = float(
             np.sqrt(np.mean(budget.irreducible_uncertainty_of_point[wanted.point_index] ** 2))
         )
-        if wanted.target == "torque" and not budget.is_by_traction:
+        if wanted.target == "torque" and not budget.is_reducible_by_tests:
             test_count = 0
     design = choose(
         information_with_form.precision,
@@ -376,7 +384,7 @@ def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFram
     reasons = []
     for oil_name in settings.oils:
         try:
-            plans += [plan.table() for plan in plan_oil(results, settings, oil_name, request)]
+            plans += [plan.table() for plan in plan_tests(results, settings, oil_name, request)]
         except OilfilmError as error:
             reasons.append(str(error))
-    return stacked(plans, "test_plan"), reasons
+    return stack_tables(plans, "test_plan"), reasons

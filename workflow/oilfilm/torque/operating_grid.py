@@ -15,12 +15,15 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Observations, to_internal
 
 # Names of the axes of a grid: pressure, speed, temperature and slip.
-AXES = (*CONDITIONS, "slide_roll_ratio")
+AXIS_NAMES = (*CONDITIONS, "slide_roll_ratio")
 
 
 @dataclass(frozen=True)
 class Grid:
-    """All combinations of levels of the three conditions and of the slip, in ascending order."""
+    """All combinations of levels of the three conditions and of the slip.
+
+    Each attribute has the levels of one axis in ascending order. Its name is one of `AXIS_NAMES`.
+    """
 
     max_hertz_pressure_gpa: FloatArray
     entrainment_speed_m_s: FloatArray
@@ -53,7 +56,7 @@ class Grid:
         """The grid with other levels on some of its axes.
 
         Args:
-            levels: The levels of an axis by its name, one of `AXES`.
+            levels: The levels of an axis by its name, one of `AXIS_NAMES`.
         """
         arrays = {name: np.asarray(values, dtype=float) for name, values in levels.items()}
         return replace(self, **arrays)
@@ -61,7 +64,7 @@ class Grid:
     @property
     def levels(self) -> tuple[FloatArray, ...]:
         """The levels of P, U, T and S."""
-        return tuple(getattr(self, name) for name in AXES)
+        return tuple(getattr(self, name) for name in AXIS_NAMES)
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -71,7 +74,9 @@ class Grid:
     def operating_points(self) -> pd.DataFrame:
         """Every point of the grid, one row per point; the slip varies fastest."""
         mesh = np.meshgrid(*self.levels, indexing="ij")
-        return pd.DataFrame({name: values.ravel() for name, values in zip(AXES, mesh, strict=True)})
+        return pd.DataFrame(
+            {name: values.ravel() for name, values in zip(AXIS_NAMES, mesh, strict=True)}
+        )
 
 
 def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
@@ -89,8 +94,8 @@ def traction_on_grid(fitted: FittedLaw, grid: Grid) -> FloatArray:
 
 
 @dataclass(frozen=True)
-class Film:
-    """Film of one oil in one contact.
+class OilFilm:
+    """One oil in one contact, from which its film follows.
 
     Attributes:
         contact: The contact.
@@ -102,7 +107,7 @@ class Film:
     oil: Oil
     film_kind: FilmKind
 
-    def over(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
+    def on_grid(self, grid: Grid) -> tuple[FloatArray, FloatArray]:
         """Film thickness in um and lambda, both of shape `grid.shape`.
 
         They are NaN outside the range of the thermal reduction.
@@ -120,7 +125,7 @@ class Film:
         return thickness_m / M_PER_UM, lambda_ratio
 
 
-def film_by_oil(settings: Settings) -> dict[str, Film]:
+def film_by_oil(settings: Settings) -> dict[str, OilFilm]:
     """Film of each oil with known properties, in the contact of the first rig with a known one."""
     film_contact = None
     for rig in settings.rigs.values():
@@ -131,7 +136,7 @@ def film_by_oil(settings: Settings) -> dict[str, Film]:
     if film_contact is None:
         return {}
     return {
-        name: Film(film_contact, oil.properties(), settings.film.thickness)
+        name: OilFilm(film_contact, oil.properties(), settings.film.thickness)
         for name, oil in settings.oils.items()
         if oil is not None
     }

@@ -18,17 +18,17 @@ from oilfilm.traction.law import CONDITIONS
 # Runs in random order have a ratio of successive differences near 1. Below this limit the smallest
 # trend that is seen is twice as large or larger. Of 1 000 random orders 1 is below it with 24 runs,
 # 6 with 12 runs and 67 with 8 runs.
-_ORDERED_BELOW = 0.3
+_LARGEST_ORDERED_RATIO = 0.3
 # Few runs are in the order of a condition by chance.
-_FEWEST_ORDERED = 6
+_FEWEST_RUNS = 6
 # Share of the variance of the position in time that is within repeated conditions. With more, the
 # repeats show a trend: one repeat of the first of 24 runs at the end gives 0.22.
-_TIED_FROM = 0.15
+_LARGEST_REPEATED_SHARE = 0.15
 # Random orders that are drawn, until one is not in the order of a condition.
-_MOST_DRAWS = 50
+_MOST_DRAWN_ORDERS = 50
 
 
-def ordered_by(conditions: FloatArray) -> str:
+def ordering_condition(conditions: FloatArray) -> str:
     """The condition in whose order the runs were made; empty if there is none.
 
     Runs of equal or similar levels follow each other then, and no condition was repeated later. The
@@ -43,10 +43,10 @@ def ordered_by(conditions: FloatArray) -> str:
         >>> ordered_by(rising), ordered_by(rising[[5, 0, 3, 6, 1, 4, 7, 2]])
         ('max_hertz_pressure_gpa', '')
     """
-    if len(conditions) < _FEWEST_ORDERED:
+    if len(conditions) < _FEWEST_RUNS:
         return ""
     scaled = scaled_conditions(conditions)
-    if exceeds(_share_within_conditions(scaled), _TIED_FROM):
+    if exceeds(_share_within_conditions(scaled), _LARGEST_REPEATED_SHARE):
         return ""
     level_widths = LevelWidths().scaled()
     difference_ratios = [
@@ -56,7 +56,7 @@ def ordered_by(conditions: FloatArray) -> str:
     condition_index = int(first_smallest(difference_ratios))
     return (
         CONDITIONS[condition_index]
-        if exceeds(_ORDERED_BELOW, difference_ratios[condition_index])
+        if exceeds(_LARGEST_ORDERED_RATIO, difference_ratios[condition_index])
         else ""
     )
 
@@ -93,8 +93,8 @@ def random_order(conditions: FloatArray, seed: int) -> IndexArray:
         seed: Seed of the configuration.
     """
     random = generator(seed, "order of planned runs")
-    for _ in range(_MOST_DRAWS):
+    for _ in range(_MOST_DRAWN_ORDERS):
         order = random.permutation(len(conditions))
-        if not ordered_by(conditions[order]):
+        if not ordering_condition(conditions[order]):
             break
     return order

@@ -24,24 +24,24 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import scaled_conditions
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.set_points import with_matched_set_points, with_measured_set_points
-from oilfilm.torque.bearing_torque import stacked
+from oilfilm.torque.bearing_torque import stack_tables
 from oilfilm.torque.feasible_tests import JudgedTests, PlannedRig, judge_tests
 from oilfilm.torque.lacking_runs import (
-    Levels,
+    ConditionLevels,
     PlannedRun,
-    distinct,
+    distinct_conditions,
     first_runs,
     is_among,
     lacking_runs,
 )
-from oilfilm.torque.operating_grid import Film
-from oilfilm.torque.run_order import ordered_by, random_order
+from oilfilm.torque.operating_grid import OilFilm
+from oilfilm.torque.run_order import ordering_condition, random_order
 from oilfilm.traction.law import CONDITIONS
 
-# Conditions that are repeated. After 24 runs in the order of pressure the plan lowers the smallest
-# trend of the force that is seen from 35 to 70 % to 3 % (`make bench NAME=run_plan`).
-_REPEATS = 5
-# A reference run is followed by so many other runs.
+# Number of conditions that are repeated. After 24 runs in the order of pressure, the smallest trend
+# of the force that is seen is 35 to 70 %. The plan lowers it to 3 % (`make bench NAME=run_plan`).
+_REPEAT_COUNT = 5
+# Number of other runs between two reference runs.
 RUNS_BETWEEN_REFERENCES = 5
 # Slips of a planned run, equally spaced in the logarithm, as a share of the largest one.
 _SLIP_SHARES = np.geomspace(0.005, 1, 15)
@@ -99,7 +99,7 @@ class MeasuredRuns:
         )
 
     @classmethod
-    def none(cls) -> "MeasuredRuns":
+    def empty(cls) -> "MeasuredRuns":
         """No runs, of a campaign without data."""
         return cls(np.empty((0, len(CONDITIONS))), np.empty(0), np.empty(0))
 
@@ -117,7 +117,7 @@ class RunLimits:
     """
 
     rig: PlannedRig
-    film: Film | None
+    film: OilFilm | None
     lambda_limit: float
     measured: MeasuredRuns
     largest_traction: float
@@ -127,7 +127,7 @@ class RunLimits:
         mu = self._expected_mu(conditions)[:, np.newaxis]
         return judge_tests(self.rig, self.film, self.lambda_limit, conditions, self.slips, mu)
 
-    def runnable(self, conditions: FloatArray) -> BoolArray:
+    def can_run(self, conditions: FloatArray) -> BoolArray:
         """Which runs the rig can make, shape (runs,)."""
         return self.judge(conditions).is_feasible
 
@@ -172,7 +172,7 @@ class RunPlan:
         judged: Their load, largest slip and film, in the same order.
         ordered_by: The condition in whose order the measured runs were made; empty if none.
         left_out_count_by_limit: Number of lacking runs that the rig cannot make, by the limit.
-        film_is_judged: Whether the film of the runs is known.
+        film_is_judged: Whether the film of the runs is judged. The oil's properties must be known.
     """
 
     oil_name: str
@@ -221,7 +221,7 @@ def plan_runs(measured: MeasuredRuns, settings: Settings, oil_name: str) -> RunP
     properties = settings.properties_of(oil_name)
     film = None
     if properties is not None:
-        film = Film(rig.contact, properties, settings.film.thickness)
+        film = OilFilm(rig.contact, properties, settings.film.thickness)
     plan_settings = settings.plan
     limits = RunLimits(
         rig, film, settings.gates.lambda_limit, measured, plan_settings.largest_traction
@@ -229,10 +229,10 @@ def plan_runs(measured: MeasuredRuns, settings: Settings, oil_name: str) -> RunP
     wanted_runs = _wanted_runs(measured, _matrix_conditions(settings), plan_settings, limits)
     judged_wanted = limits.judge(_conditions_of(wanted_runs))
     runs = [wanted_runs[run_index] for run_index in np.flatnonzero(judged_wanted.is_feasible)]
-    measured_order = ordered_by(measured.conditions)
+    measured_order = ordering_condition(measured.conditions)
     if measured_order or not runs:
-        repeats = _repeats(measured, is_ordered=measured_order != "")
-        can_repeat = limits.runnable(_conditions_of(repeats))
+        repeats = _repeat_runs(measured, is_ordered=measured_order != "")
+        can_repeat = limits.can_run(_conditions_of(repeats))
         runs += [repeats[run_index] for run_index in np.flatnonzero(can_repeat)]
     runs = _in_random_order(runs, measured.conditions, limits, settings.seed)
     return RunPlan(
@@ -266,34 +266,37 @@ def _wanted_runs(
     is_missing = ~is_among(matrix_conditions, measured.conditions)
     runs = [PlannedRun(conditions, "planned") for conditions in matrix_conditions[is_missing]]
     missing_conditions = matrix_conditions[is_missing]
-    missing_conditions = missing_conditions[limits.runnable(missing_conditions)]
+    missing_conditions = missing_conditions[limits.can_run(missing_conditions)]
     known_conditions = np.concatenate([measured.conditions, missing_conditions])
     if not len(known_conditions):
-        return runs + first_runs(levels_to_choose, limits.runnable)
-    return runs + lacking_runs(known_conditions, levels_to_choose, limits.runnable)
+        return runs + first_runs(levels_to_choose, limits.can_run)
+    return runs + lacking_runs(known_conditions, levels_to_choose, limits.can_run)
 
 
-def _repeats(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
+def _repeat_runs(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
     """Repeats of measured conditions.
 
     Runs in the order of a condition are repeated from the first to the last. Other runs are
     repeated, over the range of their conditions, where fewer are repeats yet.
     """
     conditions = measured.conditions
-    distinct_conditions = distinct(conditions)
+    different_conditions = distinct_conditions(conditions)
     if is_ordered:
-        repeat_count = _REPEATS
+        repeat_count = _REPEAT_COUNT
         # in the order in which they were made
         candidates = conditions
     else:
-        repeat_count = _REPEATS - (len(conditions) - len(distinct_conditions))
-        candidates = distinct_conditions
+        repeat_count = _REPEAT_COUNT - (len(conditions) - len(different_conditions))
+        candidates = different_conditions
     if repeat_count <= 0 or not len(candidates):
         return []
     candidate_index = (
         np.linspace(0, len(candidates) - 1, min(repeat_count, len(candidates))).round().astype(int)
     )
-    return [PlannedRun(condition, "repeat") for condition in distinct(candidates[candidate_index])]
+    return [
+        PlannedRun(condition, "repeat")
+        for condition in distinct_conditions(candidates[candidate_index])
+    ]
 
 
 def _in_random_order(
@@ -322,12 +325,12 @@ def _reference_condition(
     A measured condition joins the new runs to the old ones. Without data it is one of the plan.
     """
     planned_conditions = _conditions_of(runs)
-    box = Levels.from_conditions(np.concatenate([measured_conditions, planned_conditions]))
-    runnable_conditions = measured_conditions[limits.runnable(measured_conditions)]
-    may_be_taken = is_among(
+    box = ConditionLevels.from_conditions(np.concatenate([measured_conditions, planned_conditions]))
+    runnable_conditions = measured_conditions[limits.can_run(measured_conditions)]
+    is_allowed = is_among(
         box.conditions, runnable_conditions if len(runnable_conditions) else planned_conditions
     )
-    return box.nearest(box.middle, may_be_taken, np.ones(len(CONDITIONS), dtype=bool))
+    return box.nearest(box.middle, is_allowed, np.ones(len(CONDITIONS), dtype=bool))
 
 
 def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:
@@ -340,4 +343,4 @@ def run_plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.Data
             plans.append(plan_runs(measured, settings, oil_name).table())
         except OilfilmError as error:
             reasons.append(str(error))
-    return stacked(plans, "run_plan"), reasons
+    return stack_tables(plans, "run_plan"), reasons

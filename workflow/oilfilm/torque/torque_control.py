@@ -55,21 +55,21 @@ def is_bistable(torque_table: pd.DataFrame) -> "pd.Series[bool]":
     return torque_table["bistable"].eq(True).fillna(False).astype(bool)
 
 
-def without_bistable(torque_table: pd.DataFrame) -> pd.DataFrame:
+def drop_bistable_plateaus(torque_table: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table `torque` without the bistable plateaus.
 
     A plateau is bistable if the cage may both roll and skid by any of its rows, so that all laws
     are compared at the same plateaus. Plateaus where it is not known remain, with the torque that
-    was calculated. `undecided_plateaus` counts them.
+    was calculated. `undecided_plateau_count` counts them.
     """
     plateau_keys = [torque_table[name] for name in _PLATEAU_COLUMNS]
-    by_any_row = is_bistable(torque_table).groupby(plateau_keys).transform("any")
-    return torque_table[~by_any_row]
+    is_bistable_plateau = is_bistable(torque_table).groupby(plateau_keys).transform("any")
+    return torque_table[~is_bistable_plateau]
 
 
-def undecided_plateaus(torque_table: pd.DataFrame) -> int:
+def undecided_plateau_count(torque_table: pd.DataFrame) -> int:
     """Number of plateaus of which it is not known, by some row, whether they are bistable."""
-    remaining = without_bistable(torque_table)
+    remaining = drop_bistable_plateaus(torque_table)
     return len(remaining[remaining["bistable"].isna()].drop_duplicates(_PLATEAU_COLUMNS))
 
 

@@ -1,6 +1,7 @@
 """Uncertainty of calculated torque, cage slip and power, by random draws through the equilibrium.
 
-Everything that is known to be uncertain is drawn here, and nowhere else. `UNCERTAIN` names it:
+Everything that is known to be uncertain is drawn here, and nowhere else. The keys of
+`NUMBER_NAMES_OF_CAUSE` are these causes:
 
 - the inputs of the bearing that no drawing gives exactly (`oilfilm.bearing.inputs`), from their
   ranges: ring temperatures, fits, bore of the shaft, feed oil, drag, replenishment, ellipse;
@@ -31,11 +32,11 @@ import scipy
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.bearing.ellipse import gauss_rule
-from oilfilm.bearing.equilibria import Neighbour, friction_equilibrium
-from oilfilm.bearing.friction import COARSE_QUADRATURE, FrictionEquilibrium, FrictionProblem
-from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
-from oilfilm.bearing.resistance import FACTORS
-from oilfilm.bearing.torque import film_ratio
+from oilfilm.bearing.equilibria import NearbyEquilibria, friction_equilibrium
+from oilfilm.bearing.friction import COARSE_NODE_COUNTS, FrictionEquilibrium, FrictionProblem
+from oilfilm.bearing.inputs import INPUT_NAMES, InputValues
+from oilfilm.bearing.resistance import FACTOR_NAMES
+from oilfilm.bearing.torque import worst_lambda_ratio
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.config import BearingSettings, TorqueDrawSettings
@@ -49,32 +50,37 @@ _SAME_BRANCH_SLIP = 0.01
 # Results of each draw, as columns of the calculated results.
 DRAWN_RESULTS = ("torque_n_m", "cage_slip", "lambda_ratio")
 # Terms of the balance that have a random factor; the drag is drawn by the oil's share.
-FACTOR_TERMS = ("rolling", "hysteresis", "pocket", "land")
-# Sensors of a traction rig whose calibration changes a fit.
+RANDOM_FACTOR_TERMS = ("rolling", "hysteresis", "pocket", "land")
+# Names of the random numbers for the sensors of a traction rig, whose calibration changes a fit.
 _SENSORS = tuple(f"sensor {number}" for number in range(8))
-_CAUSES_OF_OIL: Mapping[str, tuple[str, ...]] = {
+_NUMBER_NAMES_OF_OIL_CAUSE: Mapping[str, tuple[str, ...]] = {
     "viscosity": ("viscosity", "pressure viscosity"),
     "law": ("refit", "law error"),
     "runs": ("run",),
 }
-# Everything that is drawn, each with the names of its random numbers.
-UNCERTAIN: Mapping[str, tuple[str, ...]] = {
-    **{name: (name,) for name in (*INPUT_NAMES, *FACTOR_TERMS)},
+# Every cause of uncertainty that is drawn, with the names of its random numbers.
+NUMBER_NAMES_OF_CAUSE: Mapping[str, tuple[str, ...]] = {
+    **{name: (name,) for name in (*INPUT_NAMES, *RANDOM_FACTOR_TERMS)},
     "rig": _SENSORS,
-    **_CAUSES_OF_OIL,
+    **_NUMBER_NAMES_OF_OIL_CAUSE,
 }
 # Random numbers that all oils share, and those of each oil.
-_NAMES_OF_OIL = tuple(name for names in _CAUSES_OF_OIL.values() for name in names)
-_SHARED_NAMES = tuple(
-    name for names in UNCERTAIN.values() for name in names if name not in _NAMES_OF_OIL
+_NUMBER_NAMES_OF_OIL = tuple(
+    name for names in _NUMBER_NAMES_OF_OIL_CAUSE.values() for name in names
 )
-_ALL_NAMES = (*_SHARED_NAMES, *_NAMES_OF_OIL)
+_SHARED_NUMBER_NAMES = tuple(
+    name
+    for names in NUMBER_NAMES_OF_CAUSE.values()
+    for name in names
+    if name not in _NUMBER_NAMES_OF_OIL
+)
+_ALL_NUMBER_NAMES = (*_SHARED_NUMBER_NAMES, *_NUMBER_NAMES_OF_OIL)
 # Pairs of draws by which the share of one cause is estimated.
 _DRAW_PAIRS = 50
 # Multiplier of the lattice of such pairs; it has no common divisor with their number.
 _LATTICE_MULTIPLIER = 21
 # Draws that are solved together, which bounds the memory.
-_SOLVED_AT_ONCE = 30_000
+_DRAWS_SOLVED_AT_ONCE = 30_000
 
 # Standard normal numbers by their names, shapes (draws,).
 NormalNumbers = Mapping[str, FloatArray]
@@ -86,7 +92,7 @@ def sd_of_log_factor(settings: BearingSettings, term: str) -> float:
 
 
 def random_factor(settings: BearingSettings, term: str, normal_numbers: FloatArray) -> FloatArray:
-    """Random factors on one of `FACTOR_TERMS`: log-normal with mean 1.
+    """Random factors on one of `RANDOM_FACTOR_TERMS`: log-normal with mean 1.
 
     Args:
         settings: Uncertainties of the terms.
@@ -97,7 +103,7 @@ def random_factor(settings: BearingSettings, term: str, normal_numbers: FloatArr
     return np.asarray(np.exp(sd_of_log * normal_numbers - sd_of_log**2 / 2))
 
 
-def has_draws(fitted: FittedLaw) -> bool:
+def has_enough_refits(fitted: FittedLaw) -> bool:
     """Whether a law has the refits that its draws are made of."""
     coefficients = fitted.coefficients
     return len(coefficients.refits) >= 2 and not np.isnan(coefficients.constants).any()
@@ -130,7 +136,7 @@ def law_error(
             "entrainment_speed_m_s": speed_m_s,
             "inlet_temperature_c": calculated["inlet_temperature_c"].to_numpy(dtype=float),
         }
-        conditions = law.conditions_of_law(level_by_condition)
+        conditions = law.limited_conditions(level_by_condition)
         errors.append(law.fitted.form_error(conditions, slip, error_without_interval))
     return np.maximum(*errors)
 
@@ -146,7 +152,7 @@ def _normal_numbers(
     return dict(zip(number_names, normal_numbers, strict=True))
 
 
-def _moved_normal_numbers(
+def _second_normal_numbers(
     normal_numbers: FloatArray, shift: int, position_in_slice: FloatArray
 ) -> FloatArray:
     """Other standard normal numbers, one from each slice of equal probability, in another order.
@@ -215,7 +221,9 @@ class RandomDraws:
         self._settings = settings
         self._seed = seed
         self._point_count = len(group_of_point)
-        group_has_draws = np.array([has_draws(group.law.fitted) for group in groups], dtype=bool)
+        group_has_draws = np.array(
+            [has_enough_refits(group.law.fitted) for group in groups], dtype=bool
+        )
         converged = calculated["converged"].to_numpy(dtype=bool)
         self.drawn_point_index = np.flatnonzero(group_has_draws[group_of_point] & converged)
         self._group_of_point = group_of_point[self.drawn_point_index]
@@ -230,22 +238,22 @@ class RandomDraws:
             )
         self._coarse_problem = replace(
             equilibrium.problem.at_points(self.drawn_point_index),
-            rule=gauss_rule(*COARSE_QUADRATURE),
+            rule=gauss_rule(*COARSE_NODE_COUNTS),
         )
         # A draw starts from the equilibrium of its point without draws. It stays on that branch
-        # while the branch exists. Otherwise its equilibrium is searched without a neighbour.
-        neighbour = Neighbour.from_unknowns(
+        # while the branch exists. Otherwise its equilibrium is searched from the rolling cage.
+        nearby_equilibria = NearbyEquilibria.from_unknowns(
             self._coarse_problem, equilibrium.solution.unknowns[self.drawn_point_index]
         )
-        without_draws = friction_equilibrium(self._coarse_problem, neighbour)
-        self._start_neighbour = Neighbour.from_unknowns(
-            self._coarse_problem, without_draws.solution.unknowns
+        nominal_equilibrium = friction_equilibrium(self._coarse_problem, nearby_equilibria)
+        self._start_equilibria = NearbyEquilibria.from_unknowns(
+            self._coarse_problem, nominal_equilibrium.solution.unknowns
         )
         # Corrects the coarse quadrature of the draws. At a fold it may end on the other branch.
         fine_results = (
             calculated.iloc[self.drawn_point_index][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
         )
-        correction = fine_results - _results(without_draws)
+        correction = fine_results - _result_arrays(nominal_equilibrium)
         is_same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
         self._correction = np.where(is_same_branch, correction, 0.0)
 
@@ -263,13 +271,15 @@ class RandomDraws:
         results = np.full((len(DRAWN_RESULTS), draw_count, self._point_count), np.nan)
         if len(self.drawn_point_index):
             numbers = self._random_numbers(draw_count, "torque uncertainty")
-            results[..., self.drawn_point_index] = self._solved(
+            results[..., self.drawn_point_index] = self._solve_draws(
                 numbers, np.arange(len(self.drawn_point_index))
             )
         return results
 
     def calculate_shares(
-        self, wanted_points: IndexArray, causes: Mapping[str, tuple[str, ...]] = UNCERTAIN
+        self,
+        wanted_points: IndexArray,
+        causes: Mapping[str, tuple[str, ...]] = NUMBER_NAMES_OF_CAUSE,
     ) -> pd.DataFrame:
         """Share of the variance of torque and cage slip by each of some causes.
 
@@ -289,15 +299,15 @@ class RandomDraws:
         if len(position_in_drawn) == 0:
             return pd.DataFrame(columns=["point", "variance_cause", "torque_share", "slip_share"])
         first_numbers_of_group = self._random_numbers(_DRAW_PAIRS, "shares of variance")
-        # every oil has the same moves, so that shared numbers stay shared
+        # every oil has the same shifts and positions, so that shared numbers stay shared
         random = generator(self._seed, "shares of variance, redrawn")
-        moves = {
+        shift_and_position = {
             name: (int(random.integers(_DRAW_PAIRS)), random.random(_DRAW_PAIRS))
-            for name in _ALL_NAMES
+            for name in _ALL_NUMBER_NAMES
         }
         second_numbers_of_group = [
             {
-                name: _moved_normal_numbers(normal_numbers, *moves[name])
+                name: _second_normal_numbers(normal_numbers, *shift_and_position[name])
                 for name, normal_numbers in numbers.items()
             }
             for numbers in first_numbers_of_group
@@ -314,7 +324,7 @@ class RandomDraws:
             joined_numbers_of_group.append(
                 {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
-        results = self._solved(joined_numbers_of_group, position_in_drawn)
+        results = self._solve_draws(joined_numbers_of_group, position_in_drawn)
         results_by_variant = results.reshape(
             len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(position_in_drawn)
         )
@@ -341,18 +351,18 @@ class RandomDraws:
 
     def _random_numbers(self, draw_count: int, purpose: str) -> list[NormalNumbers]:
         """Random numbers of each group of points, by their names."""
-        shared = _normal_numbers(draw_count, _SHARED_NAMES, generator(self._seed, purpose))
+        shared = _normal_numbers(draw_count, _SHARED_NUMBER_NAMES, generator(self._seed, purpose))
         return [
             {
                 **shared,
                 **_normal_numbers(
-                    draw_count, _NAMES_OF_OIL, generator(self._seed, purpose, group.oil_name)
+                    draw_count, _NUMBER_NAMES_OF_OIL, generator(self._seed, purpose, group.oil_name)
                 ),
             }
             for group in self._groups
         ]
 
-    def _solved(
+    def _solve_draws(
         self, numbers_of_group: Sequence[NormalNumbers], position_in_drawn: IndexArray
     ) -> FloatArray:
         """`DRAWN_RESULTS` with random numbers of each group, shape (3, draws, chosen points).
@@ -362,13 +372,15 @@ class RandomDraws:
             position_in_drawn: Positions in `drawn_point_index`.
         """
         draw_count = len(numbers_of_group[0]["run"])
-        points_at_once = max(_SOLVED_AT_ONCE // draw_count, 1)
+        points_at_once = max(_DRAWS_SOLVED_AT_ONCE // draw_count, 1)
         results_of_chunks = []
         for chunk_start in range(0, len(position_in_drawn), points_at_once):
             positions_of_chunk = position_in_drawn[chunk_start : chunk_start + points_at_once]
             problem = self._drawn_problem(numbers_of_group, positions_of_chunk, draw_count)
-            neighbour = self._start_neighbour.at_points(np.repeat(positions_of_chunk, draw_count))
-            drawn_results = _results(friction_equilibrium(problem, neighbour))
+            nearby_equilibria = self._start_equilibria.at_points(
+                np.repeat(positions_of_chunk, draw_count)
+            )
+            drawn_results = _result_arrays(friction_equilibrium(problem, nearby_equilibria))
             drawn_results = np.swapaxes(
                 drawn_results.reshape(len(DRAWN_RESULTS), len(positions_of_chunk), draw_count), 1, 2
             )
@@ -390,15 +402,18 @@ class RandomDraws:
         lubrication = problem.lubrication
         # the shared numbers are the same in every group
         shared_numbers = numbers_of_group[0]
-        uncertain_input_by_name = {**problem.bearing.uncertain, **self._settings.uncertain()}
+        uncertain_input_by_name = {
+            **problem.bearing.uncertain_inputs,
+            **self._settings.uncertain_inputs(),
+        }
         probability_by_input = {
             name: np.tile(scipy.special.ndtr(shared_numbers[name]), point_count)
             for name in INPUT_NAMES
         }
         factors = lubrication.factors.copy()
-        for term in FACTOR_TERMS:
+        for term in RANDOM_FACTOR_TERMS:
             factor = random_factor(self._settings, term, shared_numbers[term])
-            factors[:, FACTORS.index(term)] *= np.tile(factor, point_count)
+            factors[:, FACTOR_NAMES.index(term)] *= np.tile(factor, point_count)
         numbers_of_point = [numbers_of_group[group_index] for group_index in group_of_point]
         run_sd_of_point = [
             np.nan_to_num(self._groups[group_index].law.fitted.coefficients.run_sd)
@@ -413,7 +428,9 @@ class RandomDraws:
                 strict=True,
             )
         ]
-        factors[:, FACTORS.index("traction")] *= np.exp(np.concatenate(traction_errors_of_point))
+        factors[:, FACTOR_NAMES.index("traction")] *= np.exp(
+            np.concatenate(traction_errors_of_point)
+        )
         stand_in_uncertainty = self._settings.stand_in_uncertainty
         is_stand_in = np.repeat(
             [self._groups[group_index].oil.stand_in for group_index in group_of_point], draw_count
@@ -452,7 +469,7 @@ class RandomDraws:
             lubrication=replace(lubrication, inlet_oil=drawn_inlet_oil, factors=factors),
         )
         return drawn_problem.with_inputs(
-            Inputs.drawn(uncertain_input_by_name, probability_by_input)
+            InputValues.drawn(uncertain_input_by_name, probability_by_input)
         )
 
 
@@ -472,7 +489,7 @@ def _drawn_constants(fitted: FittedLaw, numbers: NormalNumbers) -> FloatArray:
     return np.asarray(to_constants(law, internal))
 
 
-def with_uncertainty(
+def add_uncertainty(
     calculated: pd.DataFrame,
     draws: FloatArray,
     was_drawn: BoolArray,
@@ -529,9 +546,9 @@ def _has_enough_draws(has_equilibrium: BoolArray, lost_share_max: float) -> Bool
     return np.asarray(lost_draws <= lost_share_max * len(has_equilibrium))
 
 
-def _results(equilibrium: FrictionEquilibrium) -> FloatArray:
+def _result_arrays(equilibrium: FrictionEquilibrium) -> FloatArray:
     """`DRAWN_RESULTS` of equilibria, shape (3, points); NaN where there is no equilibrium."""
-    lambda_ratio, _ = film_ratio(equilibrium)
+    lambda_ratio, _ = worst_lambda_ratio(equilibrium)
     values = np.stack([equilibrium.torque_n_m(), equilibrium.cage_slip(), lambda_ratio])
     return np.where(equilibrium.solution.converged, values, np.nan)
 

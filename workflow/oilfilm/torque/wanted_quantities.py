@@ -24,9 +24,9 @@ from oilfilm.traction.law import CONDITIONS, to_constants
 
 BEARING_TARGETS = ("torque", "cage_slip")
 # Columns of the calculated results with the maximum pressure at both races.
-_PRESSURES = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
+_PRESSURE_COLUMNS = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
 # Columns of the calculated results with the entrainment speed at both races.
-_SPEEDS = ["inner_entrainment_speed_m_s", "outer_entrainment_speed_m_s"]
+_SPEED_COLUMNS = ["inner_entrainment_speed_m_s", "outer_entrainment_speed_m_s"]
 # Step of the internal constants in finite differences.
 _INTERNAL_STEP = 1e-3
 # Largest second difference over first difference of a smooth quantity. It is of the size of the
@@ -62,7 +62,7 @@ class WantedQuantities:
     coordinates: FloatArray
     left_out_reasons: list[str]
 
-    def at_known_points(self, is_known: BoolArray, reason: str) -> "WantedQuantities":
+    def keep_known_points(self, is_known: BoolArray, reason: str) -> "WantedQuantities":
         """The quantities without those of some operating points.
 
         Args:
@@ -96,7 +96,7 @@ class WantedQuantities:
         )
 
     @property
-    def by_form_error(self) -> FloatArray:
+    def change_by_form_error(self) -> FloatArray:
         """Change of each quantity by one standard error of the law's form, shape (quantities,)."""
         return self.traction_gradient * self.form_error
 
@@ -123,7 +123,7 @@ def wanted_in_bearing(
         OilfilmError: No operating point has a gradient.
     """
     moves = _moves_of_constants(information)
-    calculated = _run_with_moves(oil, bearing, duty, information, moves)
+    calculated = _calculate_with_moves(oil, bearing, duty, information, moves)
     # one axis for the moves, one for the operating points
     moves_and_points = (len(moves), len(duty))
     values_by_target = {
@@ -135,7 +135,7 @@ def wanted_in_bearing(
     is_smooth: BoolArray = is_solved.copy()
     for values_of_target in values_by_target.values():
         is_smooth &= _is_smooth(values_of_target)
-    labels, left_out_reasons = _labels(duty, is_solved, is_smooth)
+    labels, left_out_reasons = _labels_and_left_out_reasons(duty, is_solved, is_smooth)
     if not labels:
         raise OilfilmError(
             f"{oil.name} in {bearing.name}: no duty point has a steady motion that follows the "
@@ -181,7 +181,7 @@ def _moves_of_constants(information: Information) -> FloatArray:
     return np.concatenate([np.zeros((1, constant_count + 1)), forward, -forward])
 
 
-def _run_with_moves(
+def _calculate_with_moves(
     oil: OilInBearing,
     bearing: Bearing,
     duty: FloatArray,
@@ -206,7 +206,7 @@ def _run_with_moves(
     )
 
 
-def _labels(
+def _labels_and_left_out_reasons(
     duty: FloatArray, is_solved: BoolArray, is_smooth: BoolArray
 ) -> tuple[list[str], list[str]]:
     """Operating points with a gradient, and those without one with the reason."""
@@ -228,10 +228,12 @@ def _coordinates_of_contacts(
 ) -> FloatArray:
     """Conditions of both contacts at each operating point, shape (operating points, 2, 3)."""
     # the load at which the contact of the rig has the pressure of the bearing's
-    rig_load_n = contact.load_n(calculated[_PRESSURES].to_numpy())
+    rig_load_n = contact.load_n(calculated[_PRESSURE_COLUMNS].to_numpy())
     temperature_c = duty[:, [2]]
     return form_coordinates(
-        rig_load_n, calculated[_SPEEDS].to_numpy(), np.broadcast_to(temperature_c, rig_load_n.shape)
+        rig_load_n,
+        calculated[_SPEED_COLUMNS].to_numpy(),
+        np.broadcast_to(temperature_c, rig_load_n.shape),
     )
 
 

@@ -21,21 +21,22 @@ def _files_of_laws() -> dict[str, Path]:
     return file_of_law
 
 
-# Laws that need properties of the oil or the contact have the equation only, before `laws_for`.
+# Every law, in the order of `laws`. A law that needs properties of the oil or the contact has only
+# its equation here; `laws_for` gives it these properties.
 ALL_LAWS = [law for law in vars(laws).values() if isinstance(law, Law)]
 LAW_NAMES = tuple(law.name for law in ALL_LAWS)
 LAW_TITLES = {law.name: law.title or law.name for law in ALL_LAWS}
-# Laws that need the operating conditions only, no properties of the oil or the contact.
+# The laws that need no properties of the oil or the contact, by name.
 LAWS = {law.name: law for law in ALL_LAWS if law.for_oil(None, None) is not None}
 # The file of each law.
 LAW_FILES = _files_of_laws()
 # The law of Deng et al. (2026), whose constants are printed.
 PAPER_LAW = laws.DENG2026
 # Laws on load that are evaluated in bearings beside the campaign's law.
-BEARING_LAW_NAMES = tuple(law.name for law in ALL_LAWS if law.in_bearings)
+BEARING_LAW_NAMES = tuple(law.name for law in ALL_LAWS if law.is_evaluated_in_bearings)
 
 
-def why_compared_only(law_name: str) -> str:
+def reason_for_comparison_only(law_name: str) -> str:
     """Why a law of `compare.laws` cannot be the configured law of fits; empty where it can.
 
     Args:

@@ -212,7 +212,7 @@ def _all_nodes(roots: Iterable[Node]) -> Iterator[Node]:
         yield from _all_nodes(node.operands)
 
 
-def functions_of(nodes: Iterable[Node]) -> set[str]:
+def function_names(nodes: Iterable[Node]) -> set[str]:
     """Names of the functions that occur in any of the nodes."""
     operations = {node.operation for node in _all_nodes(nodes)}
     return _FUNCTIONS.keys() & operations
@@ -360,9 +360,9 @@ class Language:
 
     def write(self, node: Node) -> str:
         """The node as text."""
-        return self._written(node)[0]
+        return self._text_and_precedence(node)[0]
 
-    def _written(self, node: Node) -> tuple[str, int]:
+    def _text_and_precedence(self, node: Node) -> tuple[str, int]:
         """The node as text, and its precedence."""
         if not node.operands:
             write_leaf = self.write_number if isinstance(node.leaf, float) else self.write_name
@@ -373,7 +373,7 @@ class Language:
         for operand, needed_precedence in zip(
             node.operands, form.operand_precedences, strict=False
         ):
-            text, precedence = self._written(operand)
+            text, precedence = self._text_and_precedence(operand)
             if precedence < needed_precedence:
                 text = self.brackets.format(text)
             operands.append(text)
@@ -383,7 +383,7 @@ class Language:
 NUMPY = Language({})
 
 
-def compiled(argument_names: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
+def compile_function(argument_names: Sequence[str], results: Sequence[Node]) -> Callable[..., Any]:
     """A function of arrays that returns the tuple of results.
 
     Args:

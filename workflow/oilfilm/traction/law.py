@@ -73,9 +73,10 @@ class Coefficient:
         largest: Largest |X0| in the search.
         exponents: Exponents of the power law, if the law prescribes them. X0 is then the only
             constant of the coefficient.
-        searched_from: Smallest |X0| at which a search starts; `smallest` if not given. Far below
+        smallest_start: Smallest |X0| at which a search starts; `smallest` if not given. Far below
             it |X0| has no effect on the residuals.
-        per_slip: True if the coefficient multiplies the slip wherever the equation has the slip.
+        multiplies_slip: True if the coefficient multiplies the slip wherever the equation has the
+            slip.
     """
 
     name: str
@@ -83,8 +84,8 @@ class Coefficient:
     smallest: float
     largest: float
     exponents: tuple[float, ...] | None = None
-    searched_from: float | None = None
-    per_slip: bool = False
+    smallest_start: float | None = None
+    multiplies_slip: bool = False
 
 
 @dataclass(frozen=True)
@@ -145,12 +146,14 @@ class Law:
             of conditions and of properties of the oil.
         exponential: Groups g that enter as exp(Xi (g/reference - 1)) in place of a power. At the
             reference its slope is that of a power with the exponent Xi.
-        must_vary: Conditions that must vary for the law to be fitted.
-        adore: A, B, C and D as text, if the law has the form (A + B S) exp(-C S) + D.
-        nested: Law with fewer constants, equal to this law with the further constants at their
+        varied_conditions_needed: Conditions that must vary, so that the law can be fitted.
+        adore: A, B, C and D as text, if the law has the form of the code ADORE,
+            (A + B S) exp(-C S) + D.
+        nested_law: Law with fewer constants, equal to this law with the further constants at their
             lower bounds. The search also starts from its optimum.
-        in_bearings: Whether bearings are evaluated with this law in addition to the campaign's
-            law. It is true for laws on load, which differ from a law on stress in bearings.
+        is_evaluated_in_bearings: Whether bearings are calculated with this law beside the
+            campaign's law. It is true for laws on load, which differ from a law on stress in
+            bearings.
     """
 
     name: str
@@ -162,10 +165,10 @@ class Law:
     groups: tuple[str, ...] = CONDITIONS
     exponential: tuple[str, ...] = ()
     parts: tuple[tuple[str, str], ...] = ()
-    must_vary: tuple[str, ...] = ()
+    varied_conditions_needed: tuple[str, ...] = ()
     adore: tuple[str, str, str, str] | None = None
-    nested: "Law | None" = None
-    in_bearings: bool = False
+    nested_law: "Law | None" = None
+    is_evaluated_in_bearings: bool = False
     title: str = ""
 
     def __getstate__(self) -> dict[str, Any]:
@@ -203,7 +206,7 @@ class Law:
         return tuple(
             name
             for name, varies in zip(self.conditions, condition_varies, strict=True)
-            if name in self.must_vary and not varies
+            if name in self.varied_conditions_needed and not varies
         )
 
     def varied_groups(self, condition_varies: BoolArray) -> BoolArray:
@@ -222,7 +225,7 @@ class Law:
 
     def mu_of_magnitudes(self, magnitudes: FloatArray, slip: FloatArray) -> FloatArray:
         """mu from magnitudes |X| of the coefficients, shape (coefficients, ...), at slips (...)."""
-        compiled_function = _compiled(self.graphs[:1], self._arguments)
+        compiled_function = _compile_once(self.graphs[:1], self._arguments)
         (mu,) = compiled_function(*magnitudes, slip)
         return np.asarray(mu)
 
@@ -230,7 +233,7 @@ class Law:
         self, magnitudes: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, tuple[FloatArray, ...]]:
         """mu and its derivatives by each ln|X|; they broadcast to the shape of the arguments."""
-        compiled_function = _compiled(self.graphs, self._arguments)
+        compiled_function = _compile_once(self.graphs, self._arguments)
         mu, *slopes = compiled_function(*magnitudes, slip)
         return mu, tuple(slopes)
 
@@ -248,7 +251,9 @@ class Law:
             mu; its slopes; the lower triangle of its second derivatives, row by row. A second
             derivative that is zero everywhere is a number.
         """
-        compiled_function = _to_second_order(self.graphs, self._arguments, coefficient_indices)
+        compiled_function = _compile_to_second_order(
+            self.graphs, self._arguments, coefficient_indices
+        )
         mu, *derivatives = compiled_function(*magnitudes, slip)
         slopes = tuple(derivatives[: len(coefficient_indices)])
         curvatures = tuple(derivatives[len(coefficient_indices) :])
@@ -287,7 +292,7 @@ class Law:
     def slip_direction(self) -> FloatArray:
         """Direction of the internal constants in which mu changes by S dmu/dS: (constants,)."""
         direction = np.zeros((len(self.coefficients), 1 + len(self.groups)))
-        direction[:, 0] = [coefficient.per_slip for coefficient in self.coefficients]
+        direction[:, 0] = [coefficient.multiplies_slip for coefficient in self.coefficients]
         return direction.ravel()
 
     @cached_property
@@ -307,7 +312,7 @@ class Law:
                     lower=lower,
                     upper=upper,
                     sign=coefficient.sign,
-                    start_lower=np.log(coefficient.searched_from or coefficient.smallest),
+                    start_lower=np.log(coefficient.smallest_start or coefficient.smallest),
                 )
             )
             exponents = coefficient.exponents or (None,) * len(self.groups)
@@ -351,7 +356,7 @@ class Law:
         return np.where(self._is_exponential, relative_groups - 1, logarithms)
 
     def design(self, conditions: FloatArray, is_followed: BoolArray | None = None) -> FloatArray:
-        """Rows of 1 and the terms of the groups.
+        """Design matrix of the power laws: rows of 1 and the terms of the groups (`log_terms`).
 
         Args:
             conditions: Shape (rows, conditions).
@@ -431,13 +436,13 @@ def _graphs(
 
 
 @cache
-def _compiled(graphs: tuple[Node, ...], argument_names: tuple[str, ...]) -> Callable[..., Any]:
+def _compile_once(graphs: tuple[Node, ...], argument_names: tuple[str, ...]) -> Callable[..., Any]:
     """The compiled function of these graphs, made once."""
-    return expression.compiled(argument_names, graphs)
+    return expression.compile_function(argument_names, graphs)
 
 
 @cache
-def _to_second_order(
+def _compile_to_second_order(
     graphs: tuple[Node, ...], argument_names: tuple[str, ...], coefficient_indices: tuple[int, ...]
 ) -> Callable[..., Any]:
     """Compiled function of mu, its slopes by some coefficients, and their second derivatives.
@@ -452,7 +457,7 @@ def _to_second_order(
     for slope_index, slope in enumerate(slopes):
         for index in coefficient_indices[: slope_index + 1]:
             curvatures.append(expression.derivative_by_ln(slope, argument_names[index]))
-    return _compiled((graphs[0], *slopes, *curvatures), argument_names)
+    return _compile_once((graphs[0], *slopes, *curvatures), argument_names)
 
 
 def to_constants(law_or_signs: "Law | IndexArray", internal: FloatArray) -> FloatArray:

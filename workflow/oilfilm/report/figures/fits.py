@@ -22,7 +22,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.physics.contact import Conditions, Contact
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
-from oilfilm.physics.thermal_traction import mean_film_rise
+from oilfilm.physics.thermal_traction import mean_film_temperature_rise
 from oilfilm.report.document import format_by_error, number_form
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import (
@@ -356,7 +356,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     mu_of_oil = {oil: traction_on_grid(fit, grid) for oil, fit in fit_by_oil.items()}
     lambda_of_oil = {}
     for oil, film in film_by_oil(settings).items():
-        _, lambda_of_oil[oil] = film.over(grid)
+        _, lambda_of_oil[oil] = film.on_grid(grid)
     lambda_limit = settings.gates.lambda_limit
     largest_mu = max(float(np.nanmax(mu)) for mu in mu_of_oil.values())
     mu_levels = _levels_up_to(largest_mu)
@@ -688,7 +688,7 @@ def without_heat(
         cold_speed = cold_speed * (measured_film_m / cold_film_m) ** _SPEED_PER_FILM
         cold_speed = np.maximum(cold_speed, slowest)
         previous_rise_k = rise_k
-        rise_k = mean_film_rise(
+        rise_k = mean_film_temperature_rise(
             *cold_state,
             cold_mu,
             cold_slip,
@@ -697,7 +697,7 @@ def without_heat(
         )
         cold_law_mu = mu_by_law(cold_speed, cold_inlet_c, cold_slip)
         cold_mu = mu * np.where(no_traction, 1.0, cold_law_mu / divisor)
-    measured_rise_k = mean_film_rise(
+    measured_rise_k = mean_film_temperature_rise(
         *film_state(speed, temperature),
         mu,
         slip,

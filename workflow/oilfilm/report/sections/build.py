@@ -43,14 +43,14 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS
-from oilfilm.torque.answers import CAUSES, range_text, what_to_measure, with_interval
+from oilfilm.torque.answers import CAUSE_BY_NAME, interval_text, range_text, what_to_measure
 from oilfilm.torque.best_oil import NOT_KNOWN
-from oilfilm.torque.operating_grid import AXES
+from oilfilm.torque.operating_grid import AXIS_NAMES
 from oilfilm.torque.torque_control import (
     bistable_points_text,
+    drop_bistable_plateaus,
     is_bistable,
-    undecided_plateaus,
-    without_bistable,
+    undecided_plateau_count,
 )
 from oilfilm.traction import LAWS
 
@@ -482,7 +482,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     all_logs = read_logs | set(refusals.loc[~refusals["rule"].isin(REMARKS), "file"])
     without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
     converged = torque[torque["converged"]]
-    with_one_motion = without_bistable(converged)
+    with_one_motion = drop_bistable_plateaus(converged)
     plateau_key = ["run_id", "first_row"]
     facts_on_bearing = facts(
         "report/sections/bearing.jinja",
@@ -498,7 +498,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         sound=converged,
         plateaus_calculated=len(converged.drop_duplicates(plateau_key)),
         bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau_key)),
-        undecided=undecided_plateaus(converged),
+        undecided=undecided_plateau_count(converged),
         bistable_points=bistable_points_text(converged),
         why_lost=_reasons_lost(torque[~torque["converged"]]),
         lacks_refits=_lacks_refits(with_one_motion, results.configured.coefficients),
@@ -545,7 +545,7 @@ def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
         values_and_ends = (
             factor * answers[[column, f"{column}_lower", f"{column}_upper"]]
         ).to_numpy()
-        texts_by_column[text_column] = [with_interval(*row) for row in values_and_ends]
+        texts_by_column[text_column] = [interval_text(*row) for row in values_and_ends]
     point = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
     share_of_best_oil = answers.loc[answers["oil"] == answers["best_oil"], [*point, "best_share"]]
     best_shares = (
@@ -582,7 +582,7 @@ def _shares_in_words(shares: pd.DataFrame) -> pd.DataFrame:
     is_unknown = larger_share.isna() & bool(larger_share.notna().any())
     shown_causes = medians[(larger_share >= _SMALLEST_SHARE) | is_unknown]
     return shown_causes.assign(
-        meaning=[CAUSES[cause].meaning for cause in shown_causes["variance_cause"]],
+        meaning=[CAUSE_BY_NAME[cause].meaning for cause in shown_causes["variance_cause"]],
         drawn_from=[range_text(row) for _, row in shown_causes.iterrows()],
     )
 
@@ -744,7 +744,7 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         "names": run_names.tolist(),
         "run": run_index.tolist(),
         "oil": drawn_rows["oil"].tolist(),
-        "axes": [as_json(drawn_rows[name], _DIGITS) for name in AXES],
+        "axes": [as_json(drawn_rows[name], _DIGITS) for name in AXIS_NAMES],
         "mu": as_json(drawn_rows["traction_coefficient"], _DIGITS),
         "half": as_json(half_width.fillna(0), _ERROR_DIGITS),
         "left_out": accepted_count - len(drawn_rows),

@@ -21,7 +21,7 @@ CARREAU = Law(
     equation="-L*expm1(-c/L)",
     parts=(("c", "N*S*(1 + (N*S/G)**2)**((n - 1)/2)"),),
     coefficients=(
-        Coefficient("N", +1, 1e-2, 1e4, per_slip=True),
+        Coefficient("N", +1, 1e-2, 1e4, multiplies_slip=True),
         Coefficient("G", +1, 1e-4, 1.0, exponents=(-1.0, 0.0, 0.0)),
         Coefficient("n", +1, 1e-2, 0.9, exponents=(0.0, 0.0, 0.0)),
         Coefficient("L", +1, 1e-3, 1.0),

@@ -25,11 +25,11 @@ CIRCULAR = Law(
     equation="2*m/(1 + sqrt(1 + 4*H*S*m))",
     parts=(("m", "N*S/sqrt(1 + (N*S/L)**2)"),),
     coefficients=(
-        Coefficient("N", +1, 1e-2, 1e4, per_slip=True),
+        Coefficient("N", +1, 1e-2, 1e4, multiplies_slip=True),
         # somewhat above the largest limiting stress over pressure of oils, 0.12: with a far larger
         # one the film has no limit, and a search may end in another local minimum
         Coefficient("L", +1, 1e-3, 0.15),
-        Coefficient("H", +1, 1e-2, 1e4, per_slip=True),
+        Coefficient("H", +1, 1e-2, 1e4, multiplies_slip=True),
     ),
     exponential=("inlet_temperature_c",),
 )

@@ -25,8 +25,8 @@ DENG2026 = Law(
     equation="(A + B*S)*exp(-C*S) - A",
     coefficients=(
         Coefficient("A", -1, 1e-4, 1.0),
-        Coefficient("B", +1, 1e-4, 1e3, per_slip=True),
-        Coefficient("C", +1, 1e-2, 1e4, per_slip=True),
+        Coefficient("B", +1, 1e-4, 1e3, multiplies_slip=True),
+        Coefficient("C", +1, 1e-2, 1e4, multiplies_slip=True),
     ),
     adore=("A", "B", "C", "-A"),
 )

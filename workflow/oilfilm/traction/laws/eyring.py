@@ -26,9 +26,9 @@ EYRING = Law(
     equation="2*m/(1 + sqrt(1 + 4*H*S*m))",
     parts=(("e", "E*asinh(N*S/E)"), ("m", "-L*expm1(-e/L)")),
     coefficients=(
-        Coefficient("N", +1, 1e-2, 1e4, per_slip=True),
+        Coefficient("N", +1, 1e-2, 1e4, multiplies_slip=True),
         Coefficient("E", +1, 1e-4, 1.0, exponents=(-1.0, 0.0, 0.0)),
         Coefficient("L", +1, 1e-3, 1.0),
-        Coefficient("H", +1, 1e-2, 1e5, per_slip=True),
+        Coefficient("H", +1, 1e-2, 1e5, multiplies_slip=True),
     ),
 )

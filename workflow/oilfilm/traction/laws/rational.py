@@ -48,9 +48,9 @@ RATIONAL_VISCOSITY = ViscosityLaw(
     source="ours; no publication",
     equation="N*S/((1 + B*S)*sqrt(1 + C*S))",
     coefficients=(
-        Coefficient("N", +1, 1e-2, 1e4, per_slip=True),
-        Coefficient("B", +1, 1e-2, 1e4, per_slip=True),
-        Coefficient("C", +1, 1e-3, 1e4, per_slip=True),
+        Coefficient("N", +1, 1e-2, 1e4, multiplies_slip=True),
+        Coefficient("B", +1, 1e-2, 1e4, multiplies_slip=True),
+        Coefficient("C", +1, 1e-3, 1e4, multiplies_slip=True),
     ),
     groups=("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_viscosity_pa_s"),
     reference=(1.0, 20.0, 5e-3),

@@ -14,5 +14,8 @@ TANH = Law(
     title="hyperbolic tangent",
     source="in general use; no single source",
     equation="A*tanh(B*S/A)",
-    coefficients=(Coefficient("A", +1, 1e-4, 1.0), Coefficient("B", +1, 1e-2, 1e4, per_slip=True)),
+    coefficients=(
+        Coefficient("A", +1, 1e-4, 1.0),
+        Coefficient("B", +1, 1e-2, 1e4, multiplies_slip=True),
+    ),
 )

@@ -28,8 +28,8 @@ from oilfilm.traction.law import Coefficient, Law
 _CONDITIONS = ("load_n", "entrainment_speed_m_s", "inlet_temperature_c")
 _COEFFICIENTS = (
     Coefficient("A", -1, 1e-4, 1.0),
-    Coefficient("B", +1, 1e-4, 1e3, per_slip=True),
-    Coefficient("C", +1, 1e-2, 1e4, per_slip=True),
+    Coefficient("B", +1, 1e-4, 1e3, multiplies_slip=True),
+    Coefficient("C", +1, 1e-2, 1e4, multiplies_slip=True),
     Coefficient("D", +1, 1e-4, 1.0),
 )
 
@@ -44,7 +44,7 @@ WANG_DENG_LOAD = Law(
     groups=_CONDITIONS,
     reference=(100.0, 20.0, 20.0),
     adore=("A", "B", "C", "D"),
-    in_bearings=True,
+    is_evaluated_in_bearings=True,
 )
 
 # The law on load with A proportional to |Wc/W - 1|, where Wc is a critical load. K = Wc/W is a
@@ -61,13 +61,13 @@ WANG_DENG_CRITICAL_LOAD = replace(
     coefficients=(
         *_COEFFICIENTS,
         # at the lower bound the law is that on the dimensional load
-        Coefficient("K", +1, 1e-9, 1e3, exponents=(-1.0, 0.0, 0.0), searched_from=1e-3),
+        Coefficient("K", +1, 1e-9, 1e3, exponents=(-1.0, 0.0, 0.0), smallest_start=1e-3),
     ),
-    nested=WANG_DENG_LOAD,
+    nested_law=WANG_DENG_LOAD,
     # a single load does not determine the critical load
-    must_vary=("load_n",),
+    varied_conditions_needed=("load_n",),
     adore=("A*abs(K - 1)", "B", "C", "D"),
-    in_bearings=False,
+    is_evaluated_in_bearings=False,
 )
 
 
@@ -147,5 +147,5 @@ WANG_DENG_GROUPS = WangDengGroups(
     groups=("dimensionless_load", "dimensionless_speed", "thermal_loading_parameter"),
     reference=(1e-6, 1e-10, 1.0),
     adore=WANG_DENG_LOAD.adore,
-    in_bearings=True,
+    is_evaluated_in_bearings=True,
 )
