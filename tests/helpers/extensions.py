@@ -95,7 +95,7 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import FloatArray
 from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
 from oilfilm.logs.columns import header_text
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 

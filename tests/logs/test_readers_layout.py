@@ -16,7 +16,7 @@ import bad_logs
 import formats
 from bad_logs import CONFIG
 from oilfilm.logs import ingest, raw_files
-from oilfilm.logs.base import Reading, UnreadableLogError
+from oilfilm.logs.base import ParsedLog, UnreadableLogError
 from oilfilm.logs.header import header_keys, misspelt_key_problem, named_keys
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
 from oilfilm.logs.text_rows import seconds_of_stamps
@@ -125,7 +125,7 @@ SAME = {
 }
 
 
-def read(text: str, encoding: str = "utf-8") -> Reading:
+def read(text: str, encoding: str = "utf-8") -> ParsedLog:
     return read_log(text.encode(encoding), "log", CONFIG)[1]
 
 
@@ -206,7 +206,7 @@ def test_damaged_byte_keeps_the_encoding(write: Callable[..., bytes], encoding: 
     damaged = content[:place] + b"\xff" + content[place + 1 :]
     for log_bytes, rows in ((content, 20), (damaged, 19)):
         reading = read_log(log_bytes, "log", CONFIG)[1]
-        assert reading.form.encoding == encoding
+        assert reading.dialect.encoding == encoding
         assert len(reading.runs[0]) == rows
 
 
@@ -300,7 +300,7 @@ def test_what_is_written_comes_back(dialect: dict[str, Any], rows: list[tuple[fl
         np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=2e-13 * 300)
 
 
-def read_rows(names: str, *rows: str, config: Settings = CONFIG) -> Reading:
+def read_rows(names: str, *rows: str, config: Settings = CONFIG) -> ParsedLog:
     log = "\n".join(["# oil: 4102", names, *rows, ""])
     return read_log(log.encode("gb18030"), "log", config)[1]
 

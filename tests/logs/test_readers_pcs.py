@@ -10,14 +10,14 @@ import formats
 from bad_logs import CONFIG, PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
 from campaigns import ETM, ROOT, Campaign, carry_logs
 from oilfilm.curation.curate import check_logs
-from oilfilm.logs.base import Reading
+from oilfilm.logs.base import ParsedLog
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables.failed_gates import failed_any_of
 from pcs_exports import FILM_EXPONENT, WRONG_ORDERS, film_export, shipped_steps, traction_export
 
 
-def read(content: bytes) -> Reading:
+def read(content: bytes) -> ParsedLog:
     return read_log(content, "log.txt", PCS_CONFIG)[1]
 
 
@@ -74,7 +74,7 @@ def test_export_as_published_gives_the_points_of_its_csv(real_pcs: Path, etm: Ca
     assert listed["refused_rows"].sum() == 60
 
 
-def film_slopes(reading: Reading, thickest_um: float) -> list[float]:
+def film_slopes(reading: ParsedLog, thickest_um: float) -> list[float]:
     """Slopes d ln h/d ln U of each step, films of a few nm and of a wrong order left out."""
     slopes = []
     for run in reading.runs:

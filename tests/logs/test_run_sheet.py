@@ -26,7 +26,7 @@ from oilfilm.curation.curate import check_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.base import SET_POINT_KEYS as NAMED
 from oilfilm.logs.ingest import Ingested, ingest_logs
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.raw_files import find_sheet, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import read_run_sheet
@@ -48,10 +48,10 @@ def sheet(
     text: str | bytes,
     files: Sequence[str] = ("a.csv",),
     settings: Settings = CONFIG,
-    kind: LogKind = TRACTION,
+    log_schema: LogSchema = TRACTION,
 ) -> RunSheet:
     content = text.encode() if isinstance(text, str) else text
-    return read_run_sheet(content, Path("runs.csv"), files, settings, kind)
+    return read_run_sheet(content, Path("runs.csv"), files, settings, log_schema)
 
 
 def ingested(text: str | bytes, logs: Mapping[str, bytes], settings: Settings = CONFIG) -> Ingested:

@@ -32,9 +32,9 @@ from oilfilm.curation.rig_kind import TORQUE_KIND, TRACTION_KIND, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import LOAD_KEYS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINT_KEYS
+from oilfilm.logs.base import LOAD_KEYS, NO_INTERPRETATION, READING_NOTE, SET_POINT_KEYS
 from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
+from oilfilm.logs.ingest import LogSummary, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import named_logs, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
@@ -283,7 +283,7 @@ def _reports_and_points(
         paths = [path for path in reader_by_path if rig_class_of(path, settings) is rig_class]
         if paths:
             sheet = sheet_of_paths(
-                [Path(path) for path in paths], raw_folder, settings, rig_class.kind_of_logs
+                [Path(path) for path in paths], raw_folder, settings, rig_class.log_schema
             )
             contents = ((path, reader_by_path[path]()) for path in paths)
             reports_of_kind, curated = _reports_and_tables(contents, settings, rig_class, sheet)
@@ -339,11 +339,11 @@ def _reports_and_tables(
     logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
 ) -> tuple[list[JsonObject], Curated]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
-    ingested = ingest_logs(logs, settings, rig_class.kind_of_logs, run_sheet)
+    ingested = ingest_logs(logs, settings, rig_class.log_schema, run_sheet)
     curated = curate_ingested(ingested, rig_class(settings))
     reports = []
-    for read_log in ingested.logs:
-        path = read_log.file
+    for log_summary in ingested.logs:
+        path = log_summary.file
         runs = tables.rows(curated.runs[curated.runs["file"] == path])
         refusals = curated.quarantine[curated.quarantine["file"] == path]
         is_accepted = runs and all(run["verdict"] != "refused" for run in runs)
@@ -352,16 +352,18 @@ def _reports_and_tables(
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
             "rig_kind": rig_class.name,
-            "format": read_log.format_name,
+            "format": log_summary.format_name,
             # encoding, delimiter and decimal mark
-            **asdict(read_log.form),
-            "rows": read_log.row_count,
+            **asdict(log_summary.dialect),
+            "rows": log_summary.row_count,
             "refused_rows": int(refusals["refused_rows"].sum()),
             "run_sheet_rows": len(run_sheet.rows_of_log[path])
             if path in run_sheet.rows_of_log
             else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
-            "runs": [_report_on_run(run, read_log, curated, settings, rig_class) for run in runs],
+            "runs": [
+                _report_on_run(run, log_summary, curated, settings, rig_class) for run in runs
+            ],
         }
         reports.append(log_report)
     return reports, curated
@@ -369,21 +371,21 @@ def _reports_and_tables(
 
 def _report_on_run(
     run: Mapping[str, Any],
-    read_log: ReadLog,
+    log_summary: LogSummary,
     curated: Curated,
     settings: Settings,
     rig_class: type[RigKind],
 ) -> JsonObject:
     """The report on one run of a log, as plain values."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
-    understood = read_log.understood_of_run.get(run["run_id"], NOTHING_UNDERSTOOD)
-    source_by_key = understood.source_of_key
+    interpretation = log_summary.interpretation_of_run.get(run["run_id"], NO_INTERPRETATION)
+    source_by_key = interpretation.source_of_key
     is_traction = rig_class.name == TRACTION_KIND
     ranges = points[list(_MEASURED_COLUMNS_BY_KIND[rig_class.name])].agg(["min", "max"])
     run_report: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
-        warnings += radial_load_warnings(understood.unused_names)
+        warnings += radial_load_warnings(interpretation.unused_names)
     run_report["warning"] = "; ".join(warnings)
     run_report["oil_source"] = source_by_key.get("oil", _FROM_CAMPAIGN)
     run_report["rig_source"] = source_by_key.get(
@@ -391,8 +393,8 @@ def _report_on_run(
     )
     run_report["rows"] = run["samples"]
     run_report["accepted_plateaus"] = run["accepted_points"]
-    run_report["columns"] = [asdict(column) for column in understood.columns]
-    run_report["unused_columns"] = [name for name in understood.unused_names if name]
+    run_report["columns"] = [asdict(column) for column in interpretation.columns]
+    run_report["unused_columns"] = [name for name in interpretation.unused_names if name]
     run_report["set_points"] = _set_point_values(run, source_by_key) if is_traction else {}
     run_report["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     run_report["failed_gates"] = list(_failed_gate_reports(points, rig_class))

@@ -41,7 +41,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import VocabularyInWords, label_of, meaning_of
+from oilfilm.logs.meaning import WordVocabulary, label_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -61,10 +61,10 @@ _POINT_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, 
 # Quantity and unit of each column that a table of mu may have under the project's own name.
 _QUANTITY_AND_UNIT_BY_COLUMN = {
     column: quantity
-    for column, quantity in TRACTION.vocabulary.project_names.items()
+    for column, quantity in TRACTION.vocabulary.quantity_and_unit_of_project_name.items()
     if column in _POINT_COLUMNS
 }
-VOCABULARY = VocabularyInWords("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
+VOCABULARY = WordVocabulary("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
 # Column of the points by the quantity that a name means.
 _COLUMN_BY_QUANTITY = {
     "max_hertz_pressure": PRESSURE,
@@ -428,10 +428,10 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        meaning_of_name = dict(
+        stated_meaning_of_name = dict(
             reading for column in stated_by_user.columns for reading in column.readings
         )
-        vocabulary = replace(VOCABULARY, meaning_of_name=meaning_of_name)
+        vocabulary = replace(VOCABULARY, stated_meaning_of_name=stated_meaning_of_name)
         _, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."

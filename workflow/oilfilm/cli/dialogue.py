@@ -393,7 +393,7 @@ def _refuse_unit(key: str, unit: str) -> None:
     Raises:
         OilfilmError: It cannot.
     """
-    usable_units = tuple(VOCABULARY.quantities[key])
+    usable_units = tuple(VOCABULARY.units_of_quantity[key])
     try:
         conversion(unit, usable_units).convert(np.array(1.0))
     except ValueError:

@@ -380,7 +380,7 @@ def _converted_unit(column_name: str, quantity: str) -> str:
     _, unit = stated_unit(column_name)
     if not unit or not VOCABULARY.is_convertible(quantity, unit):
         return ""
-    return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
+    return conversion(unit, tuple(VOCABULARY.units_of_quantity[quantity])).unit
 
 
 # ---------------------------------------------------------------- the files
@@ -442,13 +442,15 @@ def _has_known_contact(rig_name: str) -> bool:
 
 def lines_on_forms(findings: Findings) -> Iterator[str]:
     """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
-    log_count_by_form = Counter((log.format_name, log.form) for log in findings.logs).most_common()
-    for (format_name, form), count in log_count_by_form:
+    log_count_by_dialect = Counter(
+        (log.format_name, log.dialect) for log in findings.logs
+    ).most_common()
+    for (format_name, dialect), count in log_count_by_dialect:
         attributes = [format_name]
-        if form.encoding:
-            attributes.append(form.encoding)
-        if form.delimiter:
-            attributes += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
+        if dialect.encoding:
+            attributes.append(dialect.encoding)
+        if dialect.delimiter:
+            attributes += [f"delimiter {dialect.delimiter}", f"decimal {dialect.decimal_mark}"]
         yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(attributes)}"
     for log in findings.logs:
         if log.problem:
@@ -457,7 +459,7 @@ def lines_on_forms(findings: Findings) -> Iterator[str]:
 
 def _column_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `columns`."""
-    for quantity in VOCABULARY.quantities:
+    for quantity in VOCABULARY.units_of_quantity:
         column_names = findings.column_names_of_quantity.get(quantity)
         unit, unit_is_unknown = findings.unit_for_campaign_file(quantity)
         if quantity in findings.names_to_choose_from:
@@ -473,7 +475,7 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
             comment = f"{FILL_IN}: the name of the column; perhaps {column_names[0]}: {question}"
             yield Line(quantity, {"name": None}, comment)
         elif column_names and unit_is_unknown:
-            units = " or ".join(VOCABULARY.quantities[quantity])
+            units = " or ".join(VOCABULARY.units_of_quantity[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
             yield Line(quantity, {"name": column_names, "unit": None}, comment)
         elif column_names and unit:

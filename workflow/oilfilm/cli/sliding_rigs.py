@@ -68,7 +68,7 @@ def _rolls(log: SniffedLog, column_names: Iterable[str]) -> bool:
         concepts = concepts_in(name)
         if concepts & {"entrainment", "srr"} or {"rolling", "speed"} <= concepts:
             return True
-        meaning = VOCABULARY.meaning(name)
+        meaning = VOCABULARY.quantity_and_unit(name)
         if meaning:
             quantities.add(meaning.quantity)
     has_both_bodies = quantities >= {"ball_speed", "disc_speed"}

@@ -114,7 +114,7 @@ class Watcher:
         settled_paths.sort(key=lambda path: state_by_path[path].changed_ns, reverse=True)
         paths_without_fault = [path for path in state_by_path if not fault_by_path[path]]
         run_sheet = sheet_of_paths(
-            paths_without_fault, self._raw_folder, self._settings, rig_class.kind_of_logs
+            paths_without_fault, self._raw_folder, self._settings, rig_class.log_schema
         )
         for path in settled_paths:
             judged_from = state_by_path[path], run_sheet.rows_of_log.get(str(path))

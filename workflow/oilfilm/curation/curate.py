@@ -41,7 +41,7 @@ from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_refusal, warnings_about
 from oilfilm.curation.statistics import Stretches
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import SETTLED, Columns, Refusal
+from oilfilm.logs.base import SETTLED_LOG_KIND, ColumnArrays, Refusal
 from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
@@ -689,7 +689,7 @@ def check_logs(
         OilfilmError: As by `ingest_logs`, or a table is not as it is declared.
     """
     return curate_ingested(
-        ingest_logs(logs, settings, rig_class.kind_of_logs, sheet), rig_class(settings)
+        ingest_logs(logs, settings, rig_class.log_schema, sheet), rig_class(settings)
     )
 
 
@@ -812,7 +812,7 @@ class _MeasuredRuns:
 
 
 def _measure_runs(
-    samples_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig_kind: RigKind
+    samples_of_run: Mapping[str, ColumnArrays], runs: pd.DataFrame, rig_kind: RigKind
 ) -> _MeasuredRuns:
     """Measure runs and judge each by the gates of runs.
 
@@ -823,7 +823,7 @@ def _measure_runs(
     """
     refusal_of_run: dict[str, Refusal] = {}
     short_level_refusals: list[Refusal] = []
-    plateaus_of_run: dict[str, Columns] = {}
+    plateaus_of_run: dict[str, ColumnArrays] = {}
     sentences_of_runs: list[tuple[str, ...]] = []
     for run_row in tables.rows(runs):
         run_id = run_row["run_id"]
@@ -847,7 +847,7 @@ def _measure_runs(
     return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig_kind)
 
 
-def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKind) -> Run:
+def _measured_run(samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: RigKind) -> Run:
     """A run with its plateaus.
 
     Args:
@@ -856,7 +856,9 @@ def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKin
         rig_kind: The kind of rig, with its settings.
     """
     signals = rig_kind.signals(samples, run_row["rig"], rig_kind.settings)
-    return measure(signals, rig_kind, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED)
+    return measure(
+        signals, rig_kind, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED_LOG_KIND
+    )
 
 
 def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Refusal | None:
@@ -876,7 +878,7 @@ def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Ref
 
 
 def _explained_refusal(
-    samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKind
+    samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: RigKind
 ) -> Refusal | None:
     """The refusal of a run by the simple mistake without which most of its plateaus would pass.
 
@@ -888,7 +890,7 @@ def _explained_refusal(
     Returns:
         A refusal that names the mistake; None where no mistake explains the refusal.
     """
-    if run_row["log_kind"] == SETTLED:
+    if run_row["log_kind"] == SETTLED_LOG_KIND:
         # the rig's program has settled and converted these readings
         return None
     hypotheses = [
@@ -920,16 +922,16 @@ def _explained_refusal(
 
 
 @dataclass(frozen=True)
-class _Corrected(Mapping[str, Columns]):
+class _Corrected(Mapping[str, ColumnArrays]):
     """Sentence of a hypothesis -> samples without its mistake, made when they are asked for.
 
     All at once would be as many logs in memory.
     """
 
     hypothesis_of_sentence: Mapping[str, Hypothesis]
-    samples: Columns
+    samples: ColumnArrays
 
-    def __getitem__(self, sentence: str) -> Columns:
+    def __getitem__(self, sentence: str) -> ColumnArrays:
         return self.hypothesis_of_sentence[sentence].undo(self.samples)
 
     def __iter__(self) -> Iterator[str]:
@@ -951,7 +953,7 @@ class _Passing(NamedTuple):
 
 def _passing(
     hypotheses: Iterable[Hypothesis],
-    samples: Columns,
+    samples: ColumnArrays,
     run_row: Mapping[str, Any],
     rig_kind: RigKind,
 ) -> list[_Passing]:
@@ -1135,15 +1137,15 @@ def _with_refused_runs(
     return runs, pd.concat([quarantine, quarantine_rows(refusals, runs, rig_class)])
 
 
-def arrays_of(samples: pd.DataFrame) -> Columns:
+def arrays_of(samples: pd.DataFrame) -> ColumnArrays:
     """The columns of samples without the id of the run."""
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
-def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
+def _samples_by_run(samples: pd.DataFrame) -> dict[str, ColumnArrays]:
     """Id of a run -> its samples; the rows of a run must be together."""
     arrays = arrays_of(samples)
-    samples_of_run: dict[str, Columns] = {}
+    samples_of_run: dict[str, ColumnArrays] = {}
     for run_id, sample_index in samples.groupby("run_id").indices.items():
         start, stop = sample_index[0], sample_index[-1] + 1
         samples_of_run[str(run_id)] = {name: array[start:stop] for name, array in arrays.items()}
@@ -1151,7 +1153,7 @@ def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
 
 
 def _table_of_plateaus(
-    plateaus_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig_kind: RigKind
+    plateaus_of_run: Mapping[str, ColumnArrays], runs: pd.DataFrame, rig_kind: RigKind
 ) -> pd.DataFrame:
     """All plateaus, with columns of their run and those that follow from rig and oil.
 

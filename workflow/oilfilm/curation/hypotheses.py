@@ -18,7 +18,7 @@ import numpy as np
 
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.curation.statistics import median
-from oilfilm.logs.base import Columns
+from oilfilm.logs.base import ColumnArrays
 from oilfilm.settings.config import StepSettings
 from oilfilm.settings.rig import Rig
 
@@ -26,7 +26,7 @@ from oilfilm.settings.rig import Rig
 class Plausibility(Protocol):
     """Whether the samples of a run, in which so many levels were found, may have a mistake."""
 
-    def __call__(self, samples: Columns, level_count: int) -> bool:
+    def __call__(self, samples: ColumnArrays, level_count: int) -> bool:
         """True if they may have it."""
         ...
 
@@ -46,7 +46,7 @@ class Hypothesis:
 
     rule: str
     sentence: str
-    undo: Callable[[Columns], Columns]
+    undo: Callable[[ColumnArrays], ColumnArrays]
     explains: frozenset[str]
     is_plausible: Plausibility = lambda samples, level_count: True
     changed_settings: Mapping[str, Any] = field(default_factory=dict)
@@ -126,10 +126,10 @@ _WRONG_SPEEDS = (
 )
 
 
-def factor_undo(factor: float, *columns: str) -> Callable[[Columns], Columns]:
+def factor_undo(factor: float, *columns: str) -> Callable[[ColumnArrays], ColumnArrays]:
     """The function `Hypothesis.undo` that multiplies some columns of samples by a factor."""
 
-    def undo(samples: Columns) -> Columns:
+    def undo(samples: ColumnArrays) -> ColumnArrays:
         corrected = dict(samples)
         for column in columns:
             corrected[column] = factor * samples[column]
@@ -195,7 +195,7 @@ def _setting_hypothesis(
     )
 
 
-def _shorter_than(longest_run_s: float, samples: Columns, level_count: int) -> bool:
+def _shorter_than(longest_run_s: float, samples: ColumnArrays, level_count: int) -> bool:
     """Whether the run is shorter than that."""
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
@@ -255,7 +255,10 @@ def _exchange_hypothesis(speeds_phrase: str, track_ratio: float, direction: int)
 
 
 def _slips_as_stated(
-    undo: Callable[[Columns], Columns], direction: int, samples: Columns, level_count: int
+    undo: Callable[[ColumnArrays], ColumnArrays],
+    direction: int,
+    samples: ColumnArrays,
+    level_count: int,
 ) -> bool:
     """Whether the body that the campaign file names is the slower one once a mistake is undone."""
     corrected = undo(samples)
@@ -283,26 +286,26 @@ def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
             )
 
 
-def _rolling_at_start(column: str, samples: Columns) -> Columns:
+def _rolling_at_start(column: str, samples: ColumnArrays) -> ColumnArrays:
     """Samples with one body's speed scaled so that both speeds are equal before the sweep."""
     ratio, _ = _ratios_at_ends(samples)
     return factor_undo(ratio if column == _BALL_SPEED else 1 / ratio, column)(samples)
 
 
-def _ratios_at_ends(samples: Columns) -> tuple[float, float]:
+def _ratios_at_ends(samples: ColumnArrays) -> tuple[float, float]:
     """Disc speed over ball speed at the beginning and at the end; 1 where one does not turn."""
     beginning = _speed_ratio(samples, slice(None, _ROWS_AT_EACH_END))
     end = _speed_ratio(samples, slice(-_ROWS_AT_EACH_END, None))
     return beginning, end
 
 
-def _speed_ratio(samples: Columns, rows: slice) -> float:
+def _speed_ratio(samples: ColumnArrays, rows: slice) -> float:
     ball_speed = median(samples[_BALL_SPEED][rows])
     disc_speed = median(samples[_DISC_SPEED][rows])
     return disc_speed / ball_speed if ball_speed > 0 and disc_speed > 0 else 1.0
 
 
-def _has_one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
+def _has_one_ratio_at_ends(samples: ColumnArrays, level_count: int) -> bool:
     """Whether the ratio of the speeds is the same at both ends, and is no slip of a sweep."""
     beginning, end = _ratios_at_ends(samples)
     smallest, largest = _SLIP_RANGE_AT_START
@@ -311,7 +314,7 @@ def _has_one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
     return is_same_ratio and not smallest <= slip <= largest
 
 
-def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
+def _has_usual_times(factor: float, samples: ColumnArrays, level_count: int) -> bool:
     """Whether no rig has the logged times, but rigs have these times multiplied by a factor.
 
     The length of the levels counts: a short level alone does not show that the time is in minutes.
@@ -327,7 +330,9 @@ def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
     return are_usual(factor) and not are_usual(1.0)
 
 
-def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_count: int) -> bool:
+def _rolls_with(
+    undo: Callable[[ColumnArrays], ColumnArrays], samples: ColumnArrays, level_count: int
+) -> bool:
     """Whether ball and disc roll on each other once a mistake is undone."""
     corrected = undo(samples)
     ball_speed = median(corrected[_BALL_SPEED])
@@ -338,7 +343,7 @@ def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_coun
 
 
 def _has_usual_traction(
-    undo: Callable[[Columns], Columns], samples: Columns, level_count: int
+    undo: Callable[[ColumnArrays], ColumnArrays], samples: ColumnArrays, level_count: int
 ) -> bool:
     """Whether the largest forces are those of an oil once a mistake is undone."""
     corrected = undo(samples)
@@ -347,12 +352,12 @@ def _has_usual_traction(
     return bool(largest_force_n > _SMALLEST_USUAL_PEAK * load_n)
 
 
-def _turns_one_body_backwards(samples: Columns, level_count: int) -> bool:
+def _turns_one_body_backwards(samples: ColumnArrays, level_count: int) -> bool:
     """Whether one body turns backwards: a slip that is a hundred times too large causes this."""
     return bool(np.any(samples[_BALL_SPEED] * samples[_DISC_SPEED] < 0))
 
 
-def _exchanged(track_ratio: float, samples: Columns) -> Columns:
+def _exchanged(track_ratio: float, samples: ColumnArrays) -> ColumnArrays:
     """Samples with ball and disc exchanged.
 
     Args:
@@ -365,7 +370,7 @@ def _exchanged(track_ratio: float, samples: Columns) -> Columns:
     return corrected
 
 
-def _from_percent(samples: Columns) -> Columns:
+def _from_percent(samples: ColumnArrays) -> ColumnArrays:
     """Samples of a log with entrainment speed and slip, with a hundredth of the slip."""
     mean_m_s = (samples[_BALL_SPEED] + samples[_DISC_SPEED]) / 2
     sliding_m_s = (samples[_DISC_SPEED] - samples[_BALL_SPEED]) / 100

@@ -20,7 +20,7 @@ from oilfilm.curation.zero import (
     sliding_phase_refusal,
     zero_reference,
 )
-from oilfilm.logs.base import Columns, Refusal
+from oilfilm.logs.base import ColumnArrays, Refusal
 from oilfilm.settings.config import StepSettings
 
 
@@ -69,11 +69,11 @@ def measure(signals: Signals, rig_kind: RigKind, rig_name: str, is_settled: bool
     return ramp or replace(run, refusal=rig_kind.zero_refusal(run, division, rig_name))
 
 
-def _settled_readings(signals: Signals, rig_kind: RigKind) -> Columns:
+def _settled_readings(signals: Signals, rig_kind: RigKind) -> ColumnArrays:
     """Plateaus of one row each, without errors and changes; the rig has removed the zero."""
     count = len(signals)
     rows = np.arange(count)
-    averages: Columns = dict(signals.columns) | average(signals, rows, rows + 1, rig_kind)
+    averages: ColumnArrays = dict(signals.columns) | average(signals, rows, rows + 1, rig_kind)
     averages["duration_s"] = unknown_values(count)
     averages["n_samples"] = np.ones(count, dtype=np.int64)
     return rig_kind.derive(
@@ -121,7 +121,9 @@ def _levels_without_phases(
     return np.minimum(starts, stops - 1), stops
 
 
-def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: RigKind) -> Columns:
+def average(
+    signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: RigKind
+) -> ColumnArrays:
     """Means over plateaus without spikes of the sensor, with errors, changes and transients.
 
     Args:
@@ -138,7 +140,7 @@ def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: R
     is_in_first_half = stretches.is_in_first_part(is_used, 1 / 2)
     is_in_beginning = stretches.is_in_first_part(is_used, settings.plateaus.transient_share)
     rows_per_reading = statistics.rows_per_reading(sensor)
-    averages: Columns = {
+    averages: ColumnArrays = {
         "first_row": signals.row_numbers[starts],
         "last_row": signals.row_numbers[stops - 1],
         "n_samples": stretches.counts(is_used) // rows_per_reading,

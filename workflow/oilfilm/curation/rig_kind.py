@@ -11,8 +11,8 @@ import pandas as pd
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.statistics import median
-from oilfilm.logs.base import Columns, Refusal
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.base import ColumnArrays, Refusal
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.settings.config import (
     SignalGateSettings,
     StepSettings,
@@ -135,7 +135,7 @@ class Run:
     rig_kind: "RigKind"
     signals: Signals
     turning_signals: Signals
-    plateaus: Columns
+    plateaus: ColumnArrays
     refusal: Refusal | None = None
     short_level_refusals: Sequence[Refusal] = ()
     zero_phases: tuple[str, ...] = ()
@@ -175,7 +175,7 @@ class RigKind(Protocol):
 
     Attributes:
         name: Name of the kind in `rules.yaml`.
-        kind_of_logs: The kind of its logs.
+        log_schema: The kind of its logs.
         table_name: Name of its table of plateaus, as `tables` knows it.
         sensor: The signal whose zero is removed and whose spikes are left out.
         channels: The logged signals beside the sensor, the load first.
@@ -196,7 +196,7 @@ class RigKind(Protocol):
     """
 
     name: str
-    kind_of_logs: LogKind
+    log_schema: LogSchema
     table_name: str
     sensor: Channel
     channels: tuple[Channel, ...]
@@ -220,7 +220,7 @@ class RigKind(Protocol):
         self.stuck_settings = settings.curation.stuck
 
     @staticmethod
-    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
+    def signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
         """The signals of one run, with the signs that the gates expect.
 
         Args:
@@ -263,8 +263,8 @@ class RigKind(Protocol):
         return None
 
     def derive(
-        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
-    ) -> Columns:
+        self, averages: ColumnArrays, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> ColumnArrays:
         """Plateaus with the zero removed and the quantities that follow from a single plateau.
 
         Args:

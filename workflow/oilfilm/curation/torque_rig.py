@@ -21,8 +21,8 @@ from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.rig_kind import TORQUE_KIND as NAME
 from oilfilm.curation.rig_kind import Channel, Division, RigKind, Signals
 from oilfilm.curation.statistics import median
-from oilfilm.logs.base import Columns, Refusal
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.base import ColumnArrays, Refusal
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
@@ -44,7 +44,7 @@ class TorqueRig(RigKind):
     """See `RigKind`."""
 
     name = NAME
-    kind_of_logs: LogKind = TORQUE
+    log_schema: LogSchema = TORQUE
     table_name = "torque_runs"
     sensor = Channel("torque_n_m", "torque", "N m")
     channels = (
@@ -76,7 +76,7 @@ class TorqueRig(RigKind):
         self.zero_drift_max = settings.torque_logs.tare.max_drift_n_m
 
     @staticmethod
-    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
+    def signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
         """See `RigKind.signals`."""
         columns = {name: samples[name] for name in _SIGNAL_COLUMNS}
         return Signals(samples["row"], samples["time_s"], columns)
@@ -104,8 +104,8 @@ class TorqueRig(RigKind):
         )
 
     def derive(
-        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
-    ) -> Columns:
+        self, averages: ColumnArrays, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> ColumnArrays:
         """Torque above the zero, and how steady it is."""
         load_n = averages["axial_load_n"]
         torque_n_m = averages["torque_n_m"] - zero_of_plateau

@@ -54,8 +54,8 @@ from oilfilm.curation.zero import (
     zero_of_readings_refusal,
     zero_reference,
 )
-from oilfilm.logs.base import Columns, Refusal
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.base import ColumnArrays, Refusal
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.physics.film import contact_film
@@ -100,7 +100,7 @@ class TractionRig(RigKind):
 
     # name of the kind of rig; TRACTION below is the kind of its logs
     name = TRACTION_KIND
-    kind_of_logs: LogKind = TRACTION
+    log_schema: LogSchema = TRACTION
     table_name = "points"
     # apart from `channels`: only its zero is removed, and its spikes are left out
     sensor = Channel("traction_force_n", "traction force", "N")
@@ -157,7 +157,7 @@ class TractionRig(RigKind):
         return self.settings.campaign.set_points.slide_roll_ratio or ()
 
     @staticmethod
-    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
+    def signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
         # `semantics.direction` is one sign for the whole rig; column DIRECTION has one per plateau
         semantics = settings.campaign.semantics_for(rig_name)
@@ -367,8 +367,8 @@ class TractionRig(RigKind):
         )
 
     def derive(
-        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
-    ) -> Columns:
+        self, averages: ColumnArrays, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> ColumnArrays:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
         # of each plateau, beside the sign of the rig in `signals`
@@ -422,7 +422,7 @@ class TractionRig(RigKind):
         yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 
 
-def _columns_at_slips(averages: Columns, points_on_ramp: RampPoints) -> Columns:
+def _columns_at_slips(averages: ColumnArrays, points_on_ramp: RampPoints) -> ColumnArrays:
     """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
     unknown = unknown_values(len(points_on_ramp.slip))
     return {
@@ -441,7 +441,7 @@ def _columns_at_slips(averages: Columns, points_on_ramp: RampPoints) -> Columns:
     }
 
 
-def _asymmetry(averages: Columns) -> FloatArray:
+def _asymmetry(averages: ColumnArrays) -> FloatArray:
     """|TF1 + TF2| over |TF1| + |TF2|, the forces of both directions of slip, shape (plateaus,).
 
     NaN where the rig does not log these forces, or both are zero.

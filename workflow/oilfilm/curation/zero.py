@@ -18,7 +18,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import refusal_by
 from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
 from oilfilm.curation.statistics import Stretches, mean_with_error, median
-from oilfilm.logs.base import Columns, Refusal
+from oilfilm.logs.base import ColumnArrays, Refusal
 from oilfilm.settings.config import (
     CurationSettings,
     PlateauSettings,
@@ -265,7 +265,7 @@ def sliding_phase_refusal(
 
 
 def phase_of_curve_refusal(
-    division: Division, plateaus: Columns, largest_share: float, significant_errors: float
+    division: Division, plateaus: ColumnArrays, largest_share: float, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a phase that is taken for pure rolling and is part of the curve; else None.
 
@@ -408,14 +408,14 @@ def _reverses_slip(signals: Signals) -> bool:
     return bool(np.isfinite(force_of_one_direction).any())
 
 
-def _allowed_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> FloatArray:
+def _allowed_zero_n(plateaus: ColumnArrays, settings: ZeroReferenceSettings) -> FloatArray:
     """Allowed force without slip: `max_drift_n`, or a share of the largest traction."""
     largest_mu = float(np.nanmax(np.abs(plateaus["traction_coefficient"]), initial=0.0))
     share_n = settings.max_traction_share * largest_mu * plateaus["load_n"]
     return np.asarray(np.fmax(settings.max_drift_n, share_n))
 
 
-def _is_without_slip(plateaus: Columns, allowed_zero_n: FloatArray) -> BoolArray:
+def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> BoolArray:
     """Mask of settled readings so near pure rolling that their traction is below a force."""
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
@@ -468,7 +468,7 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
     return None
 
 
-def zero_of_directions(plateaus: Columns) -> float:
+def zero_of_directions(plateaus: ColumnArrays) -> float:
     """Traction coefficient that both directions of slip have in common; NaN without shared slips.
 
     It is half the difference of the sizes of mu at equal slips, in the median.
@@ -477,7 +477,7 @@ def zero_of_directions(plateaus: Columns) -> float:
     return median(differences) / 2
 
 
-def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray]:
+def differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, FloatArray]:
     """Difference of mu between positive and negative slips of the same size, and mu at the latter.
 
     Only slips that both directions reach are compared. Mu at positive slips is interpolated.

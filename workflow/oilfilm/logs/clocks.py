@@ -11,7 +11,7 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, Values
 
 # Clocks that differ by less, in sampling intervals over the whole log, are one clock.
@@ -32,11 +32,11 @@ def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
         table: The table.
         vocabulary: What the names of its columns mean.
     """
-    meanings = vocabulary.meanings(table.names, table.units)
-    has_time = any(quantity == "time" for quantity, _ in meanings.values())
+    quantities_and_units = vocabulary.quantities_and_units(table.names, table.units)
+    has_time = any(quantity == "time" for quantity, _ in quantities_and_units.values())
     clocked_column_indices = [
         index
-        for index in meanings
+        for index in quantities_and_units
         if index in table.clock_of_column or index in table.time_index_of_column
     ]
     if has_time or not clocked_column_indices or table.columns:
@@ -47,7 +47,7 @@ def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
             return _with_time_column(
                 table, _times_by_clock(clocks[0], table.row_count), clocks[0].unit, {}
             )
-    if len(clocked_column_indices) < len(meanings):
+    if len(clocked_column_indices) < len(quantities_and_units):
         # of the other channels nobody knows when they were read
         return table
     return _aligned(table, clocked_column_indices)

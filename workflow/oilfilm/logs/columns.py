@@ -24,7 +24,7 @@ from oilfilm.base.units import (
 )
 from oilfilm.logs import base
 from oilfilm.logs.clocks import with_time
-from oilfilm.logs.log_kind import LoggedColumn, LogKind, UsableLog, Vocabulary
+from oilfilm.logs.log_schema import LoggedColumn, LogSchema, UsableLog, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import Labels, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
@@ -54,26 +54,32 @@ ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used.
 
 
 def read_tables(
-    tables_of_file: TablesOfFile, file: str, settings: Settings, kind: LogKind, sheet: RunSheet
-) -> base.Reading:
+    tables_of_file: TablesOfFile,
+    file: str,
+    settings: Settings,
+    log_schema: LogSchema,
+    sheet: RunSheet,
+) -> base.ParsedLog:
     """The runs in the tables of a file, and what was refused of them."""
-    form = tables_of_file[0]
+    dialect = tables_of_file[0]
     row_count = 0
-    reading = base.Reading(0, form=form)
+    parsed_log = base.ParsedLog(0, dialect=dialect)
     names_of_runs: list[tuple[str, ...]] = []
-    context = _Context(file, form, settings, kind, sheet)
+    context = _Context(file, dialect, settings, log_schema, sheet)
     for table in tables_of_file[1]:
-        run_tables = _tables_of_runs(table, settings, kind)
+        run_tables = _tables_of_runs(table, settings, log_schema)
         for run_table in run_tables:
-            names_of_runs += _read_run(run_table, row_count + 1, reading, context)
+            names_of_runs += _read_run(run_table, row_count + 1, parsed_log, context)
         row_count += sum(run_table.row_count for run_table in run_tables)
-    refusals = [*reading.refusals, *sheet.unmatched_rows(file, names_of_runs)]
-    return replace(reading, row_count=row_count, refusals=refusals)
+    refusals = [*parsed_log.refusals, *sheet.unmatched_rows(file, names_of_runs)]
+    return replace(parsed_log, row_count=row_count, refusals=refusals)
 
 
-def _tables_of_runs(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
+def _tables_of_runs(
+    table: LoggedTable, settings: Settings, log_schema: LogSchema
+) -> list[LoggedTable]:
     """One table per run of a table, with a time. Columns are read once for all runs."""
-    vocabulary = kind.vocabulary_of(settings.campaign)
+    vocabulary = log_schema.campaign_vocabulary(settings.campaign)
     table = with_time(table, vocabulary)
     values_of_index: dict[int, Values] = {}
 
@@ -93,14 +99,14 @@ class _Context:
     """What the runs of one file share: its name, how its text is written, what judges them."""
 
     file: str
-    form: base.TextForm
+    dialect: base.TextDialect
     settings: Settings
-    kind: LogKind
+    log_schema: LogSchema
     sheet: RunSheet
 
 
 def _read_run(
-    table: LoggedTable, first_row_number: int, reading: base.Reading, context: _Context
+    table: LoggedTable, first_row_number: int, parsed_log: base.ParsedLog, context: _Context
 ) -> list[tuple[str, ...]]:
     """Add the run of a table, or why it is refused, to the reading of its file.
 
@@ -109,23 +115,29 @@ def _read_run(
     Returns:
         The names of each run in the file; none where the file is one run.
     """
-    form, kind = context.form, context.kind
-    encoding_in_words = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
+    dialect, log_schema = context.dialect, context.log_schema
+    encoding_in_words = "" if dialect.encoding in ("", "ascii") else f"; read as {dialect.encoding}"
     labels = context.sheet.labels(
         context.file, table.sheet_names, table.keys, context.settings, table.decimal_mark
     )
     try:
-        run, refusals = _read_table(table, labels, first_row_number, form, context.settings, kind)
-        tables_of_set_points = _tables_of_set_points(table, run, first_row_number, kind)
+        run, refusals = _read_table(
+            table, labels, first_row_number, dialect, context.settings, log_schema
+        )
+        tables_of_set_points = _tables_of_set_points(table, run, first_row_number, log_schema)
         if len(tables_of_set_points) > 1:
             return [
                 run_names
                 for table_of_set_point in tables_of_set_points
-                for run_names in _read_run(table_of_set_point, first_row_number, reading, context)
+                for run_names in _read_run(
+                    table_of_set_point, first_row_number, parsed_log, context
+                )
             ]
-        reading.runs.append(run)
+        parsed_log.runs.append(run)
     except (ValueError, base.UnreadableLogError) as error:
-        problem = base.Refusal("columns", f"{error}{encoding_in_words}", kind.vocabulary.advice)
+        problem = base.Refusal(
+            "columns", f"{error}{encoding_in_words}", log_schema.vocabulary.advice
+        )
         if isinstance(error, base.UnreadableLogError):
             problem = error.refusal
         problem = labels.with_exclusion(problem)
@@ -133,18 +145,18 @@ def _read_run(
         row_ranges = base.unbroken_ranges(table.row_numbers(first_row_number))
         # a table without rows is refused, too
         row_ranges = row_ranges or [(first_row_number, first_row_number - 1)]
-        refusals = [problem.of_rows(run_id, first, last) for first, last in row_ranges]
-    reading.refusals.extend(refusals)
-    reading.refusals.extend(labels.remarks)
+        refusals = [problem.for_rows(run_id, first, last) for first, last in row_ranges]
+    parsed_log.refusals.extend(refusals)
+    parsed_log.refusals.extend(labels.remarks)
     return [table.sheet_names] if table.run_name else []
 
 
 def _tables_of_set_points(
-    table: LoggedTable, run: base.LoggedRun, first_row_number: int, kind: LogKind
+    table: LoggedTable, run: base.LoggedRun, first_row_number: int, log_schema: LogSchema
 ) -> list[LoggedTable]:
     """One table per set point of a run; the table itself where the run has one set point."""
     # some formats say themselves what a run is
-    row_indices_of_parts = [] if table.columns else kind.row_indices_of_set_points(run)
+    row_indices_of_parts = [] if table.columns else log_schema.row_indices_of_set_points(run)
     if len(row_indices_of_parts) < 2:
         return [table]
     # rows that cannot be used belong to the part before them
@@ -172,9 +184,9 @@ def _read_table(
     table: LoggedTable,
     labels: Labels,
     first_row_number: int,
-    form: base.TextForm,
+    dialect: base.TextDialect,
     settings: Settings,
-    kind: LogKind,
+    log_schema: LogSchema,
 ) -> tuple[base.LoggedRun, list[base.Refusal]]:
     """The run of a table and the refusals of its rows.
 
@@ -184,11 +196,11 @@ def _read_table(
     """
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
-    vocabulary = kind.vocabulary_of(settings.campaign)
-    unneeded_quantities = kind.unneeded_quantities(labels.keys, settings)
+    vocabulary = log_schema.campaign_vocabulary(settings.campaign)
+    unneeded_quantities = log_schema.unneeded_quantities(labels.keys, settings)
     names, table = _names_without_twins(table, vocabulary)
     columns = table.columns or vocabulary.columns_of_run(names, table.units, unneeded_quantities)
-    problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
+    problems = chain([labels.problem], log_schema.header_problems(labels.keys, columns, settings))
     first_problem = next(filter(None, problems), None)
     if first_problem:
         raise base.UnreadableLogError.from_refusal(first_problem)
@@ -212,10 +224,10 @@ def _read_table(
         row_numbers,
         values_of_quantity,
         labels.exclusion
-        or _refusal_of_run(table, labels, row_numbers, values_of_quantity, refusals, form),
-        _understood(table, labels, numbers_of_column),
+        or _refusal_of_run(table, labels, row_numbers, values_of_quantity, refusals, dialect),
+        _run_interpretation(table, labels, numbers_of_column),
     )
-    return kind.make_run(log, settings), refusals
+    return log_schema.make_run(log, settings), refusals
 
 
 # Two numbers that differ by less are one number in two units.
@@ -235,19 +247,19 @@ def _names_without_twins(
         return names, table
     first_index_of_quantity: dict[str, int] = {}
     notes: list[str] = []
-    meanings = vocabulary.meanings(table.names, table.units)
-    for index, (quantity, unit) in meanings.items():
+    quantities_and_units = vocabulary.quantities_and_units(table.names, table.units)
+    for index, (quantity, unit) in quantities_and_units.items():
         first_index = first_index_of_quantity.setdefault(quantity, index)
         if first_index == index:
             continue
         numbers, twin_numbers = table.read_values([first_index, index])
         if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
             continue
-        first_unit = meanings[first_index].unit
+        first_unit = quantities_and_units[first_index].unit
         if unit == first_unit:
             is_twin = np.array_equal(numbers, twin_numbers, equal_nan=True)
         else:
-            target_units = vocabulary.quantities[quantity]
+            target_units = vocabulary.units_of_quantity[quantity]
             conversion = possible_conversion(first_unit, target_units)
             twin_conversion = possible_conversion(unit, target_units)
             is_twin = _are_equal_in_one_unit(numbers, conversion, twin_numbers, twin_conversion)
@@ -333,7 +345,7 @@ def _refusal_of_run(
     row_numbers: IndexArray,
     values_of_quantity: Mapping[str, FloatArray],
     refusals: Sequence[base.Refusal],
-    form: base.TextForm,
+    dialect: base.TextDialect,
 ) -> base.Refusal | None:
     """Why a run cannot be used by its rows; the first reason that is found, None without one.
 
@@ -343,26 +355,26 @@ def _refusal_of_run(
         row_numbers: Numbers of the good rows.
         values_of_quantity: Their values by quantity.
         refusals: The refusals of the other rows.
-        form: How the text was read.
+        dialect: How the text was read.
     """
     if table.refusal:
         return table.refusal
     for refusal in refusals:
         if refusal.rule == "cut_row":
             return replace(refusal, run_id="", rule="truncated")
-    if "time" in values_of_quantity and labels.keys.get("log_kind") != base.SETTLED:
+    if "time" in values_of_quantity and labels.keys.get("log_kind") != base.SETTLED_LOG_KIND:
         rate_change = _rate_change_refusal(values_of_quantity["time"], row_numbers)
         if rate_change:
             return rate_change
-    return _decimal_marks_refusal(table, refusals, form)
+    return _decimal_marks_refusal(table, refusals, dialect)
 
 
-def _understood(
+def _run_interpretation(
     table: LoggedTable, labels: Labels, numbers_of_column: Mapping[LoggedColumn, FloatArray]
-) -> base.Understood:
+) -> base.RunInterpretation:
     """How the columns and the header of a run were understood."""
     indices_read = {column.index for column in numbers_of_column}
-    return base.Understood(
+    return base.RunInterpretation(
         columns=[column.summary(numbers) for column, numbers in numbers_of_column.items()],
         unused_names=[name for index, name in enumerate(table.names) if index not in indices_read],
         source_of_key=labels.source_of_key,
@@ -416,7 +428,7 @@ def _refusal_of_unreadable_rows(
         f"rows {first_row_number} to {last_row_number}: cells are missing, too many, not numbers "
         f"or absurdly large; row {first_row_number} reads {row_text[:80]!r}"
     )
-    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows(
+    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).for_rows(
         "", first_row_number, last_row_number
     )
 
@@ -437,7 +449,7 @@ def _refusal_of_cut_row(table: LoggedTable, row_number: int) -> base.Refusal:
         rule = "unterminated_row"
         reason = f"row {row_number}, the last, has no line end, so that its last number may be cut"
         advice = "End the file with a line end."
-    return base.Refusal(rule, reason, advice).of_rows("", row_number, row_number)
+    return base.Refusal(rule, reason, advice).for_rows("", row_number, row_number)
 
 
 def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Refusal | None:
@@ -471,11 +483,11 @@ def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Re
 
 
 def _decimal_marks_refusal(
-    table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
+    table: LoggedTable, refusals: Sequence[base.Refusal], dialect: base.TextDialect
 ) -> base.Refusal | None:
     """A refusal if many rows are refused because they have the other decimal mark."""
-    mark = form.decimal_mark
-    if form.delimiter in ("", "comma") or table.show_row is None:
+    mark = dialect.decimal_mark
+    if dialect.delimiter in ("", "comma") or table.show_row is None:
         return None
     number_with_other_mark = r"\d\.\d" if mark == "comma" else r"\d,\d"
     refusals_with_other_mark = []

@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
-from oilfilm.logs.base import TextForm, UnreadableLogError, check_row_count, parse_decimal
+from oilfilm.logs.base import TextDialect, UnreadableLogError, check_row_count, parse_decimal
 from oilfilm.logs.header import FULL_WIDTH, states_oil
 from oilfilm.logs.likely_names import likely_line_of_names
-from oilfilm.logs.log_kind import Meanings, Vocabulary
+from oilfilm.logs.log_schema import QuantitiesAndUnits, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 _BLANK_DELIMITER = " "
@@ -100,17 +100,17 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     encoding = text_rows.encoding_of(content)
     text = text_rows.normalised(content, encoding)
     check_row_count(max(text_rows.count_rows(text) - 1, 0))
-    first_form, first_table = _table(text, encoding, vocabulary)
+    first_dialect, first_table = _table(text, encoding, vocabulary)
     texts_of_blocks = _texts_of_blocks(text, vocabulary)
     if len(texts_of_blocks) < 2:
-        return first_form, [first_table]
+        return first_dialect, [first_table]
     tables_of_blocks = [
         _table(text_of_block, encoding, vocabulary)[1] for text_of_block in texts_of_blocks
     ]
     names = base.distinct_names(
         f"block{number}" for number, _ in enumerate(texts_of_blocks, start=1)
     )
-    return first_form, [
+    return first_dialect, [
         replace(table, run_name=name, keys=keys)
         for table, name, keys in zip(
             tables_of_blocks, names, _keys_of_blocks(tables_of_blocks), strict=True
@@ -118,7 +118,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     ]
 
 
-def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm, LoggedTable]:
+def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextDialect, LoggedTable]:
     """How a text with one line of names is written, and its table.
 
     Args:
@@ -138,8 +138,8 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         _refuse_row_above_names(head)
         body, start_of_rows = _without_comments(text, head)
         row_count = text_rows.count_rows(body, start_of_rows)
-        meanings = vocabulary.meanings(head.names, head.units)
-        stamp_indices = _stamp_indices(head, meanings)
+        quantities_and_units = vocabulary.quantities_and_units(head.names, head.units)
+        stamp_indices = _stamp_indices(head, quantities_and_units)
     except ValueError as error:
         encoding_in_words = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(
@@ -150,10 +150,12 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         head.units[stamp_indices[0]] = "s"
     body, delimiter, start_of_rows = _rows_with_plain_cells(body, head, start_of_rows)
     decimal_mark, group_mark = _decimal_and_group_mark(
-        head, delimiter, meanings.keys() - stamp_indices
+        head, delimiter, quantities_and_units.keys() - stamp_indices
     )
     keys = _header_keys(head.header_lines, head.delimiter)
-    may_grow = "time" in vocabulary.required and keys.get("log_kind") != base.SETTLED
+    may_grow = (
+        "time" in vocabulary.required_quantities and keys.get("log_kind") != base.SETTLED_LOG_KIND
+    )
     body, notes = _with_line_end(body, start_of_rows, delimiter, len(head.names), may_grow=may_grow)
     text_table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamp_indices, start_of_rows
@@ -170,7 +172,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         notes=notes,
         decimal_mark=decimal_mark,
     )
-    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
+    return TextDialect.from_marks(encoding, head.delimiter, decimal_mark), logged
 
 
 def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
@@ -295,9 +297,9 @@ def _is_row_above_names(line: str, head: _Head) -> bool:
 
 def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
     """Whether time rises from the row above a repeated line of names to the row below it."""
-    meanings = vocabulary.meanings(head.names, head.units)
+    quantities_and_units = vocabulary.quantities_and_units(head.names, head.units)
     time_index = next(
-        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+        (index for index, (quantity, _) in quantities_and_units.items() if quantity == "time"), None
     )
     if time_index is None:
         return False
@@ -536,7 +538,7 @@ def _line_with_most_known_names(
 
 
 def _known_name_count(names: Sequence[str], vocabulary: Vocabulary) -> int:
-    return sum(vocabulary.meaning(name) is not None for name in names)
+    return sum(vocabulary.quantity_and_unit(name) is not None for name in names)
 
 
 def _width_between_blanks(lines: Sequence[str]) -> int:
@@ -571,7 +573,7 @@ def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[st
 def _word_count_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
     """How many of the first words are the longest known name; 1 where none is known."""
     for count in range(min(_MOST_WORDS_OF_NAME, len(words)), 1, -1):
-        if vocabulary.meaning(" ".join(words[:count])):
+        if vocabulary.quantity_and_unit(" ".join(words[:count])):
             return count
     return 1
 
@@ -623,14 +625,14 @@ def _decimal_and_group_mark(
     return "," if has_decimal_comma else ".", ""
 
 
-def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
+def _stamp_indices(head: _Head, quantities_and_units: QuantitiesAndUnits) -> tuple[int, ...]:
     """Indices of the columns of time stamps, see `TextTable`; empty where time is a number.
 
     Raises:
         ValueError: The time is neither a number nor a time stamp.
     """
     time_index = next(
-        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+        (index for index, (quantity, _) in quantities_and_units.items() if quantity == "time"), None
     )
     if time_index is None:
         return ()
@@ -667,13 +669,13 @@ def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabul
     if any(cells[len(names) :]) or any(cell != "1" for cell in number_cells):
         return False
     units = [_bare_cell(cell) for cell in cells] + [""] * len(names)
-    meanings = vocabulary.meanings(names, [""] * len(names))
+    quantities_and_units = vocabulary.quantities_and_units(names, [""] * len(names))
     fitting_indices = [
         index
-        for index, (quantity, _) in meanings.items()
+        for index, (quantity, _) in quantities_and_units.items()
         if vocabulary.is_convertible(quantity, units[index])
     ]
-    if len(fitting_indices) > len(meanings) / 2:
+    if len(fitting_indices) > len(quantities_and_units) / 2:
         return True
     # in a log of another kind only some units fit; its message must not be that units are missing
     has_long_unit = any(len(units[index]) > 1 for index in fitting_indices)

@@ -14,11 +14,11 @@ from oilfilm.base.units import Conversion, possible_conversion
 from oilfilm.logs.base import (
     LARGEST_READING,
     LOAD_KEYS,
-    SET_POINT_UNITS,
+    QUANTITY_AND_UNIT_OF_SET_POINT,
     Refusal,
-    expected_set_point,
-    is_set_point,
+    is_in_set_point_range,
     parse_decimal,
+    set_point_range_in_words,
 )
 from oilfilm.settings.resolved import Settings
 
@@ -200,7 +200,7 @@ def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> 
     """
     bare_key, text_in_brackets = split_unit(logged_key)
     unit_in_brackets = UNIT_BY_PLAIN_KEY.get(text_in_brackets, text_in_brackets)
-    for set_point_key, (quantity, set_point_unit) in SET_POINT_UNITS.items():
+    for set_point_key, (quantity, set_point_unit) in QUANTITY_AND_UNIT_OF_SET_POINT.items():
         if set_point_key in (logged_key, key_by_name.get(logged_key)):
             # brackets may be a part of a name that the campaign file lists
             return set_point_key, unit_in_brackets if unit_in_brackets and conversion_to_set_point(
@@ -234,7 +234,7 @@ def _two_readings(
     grouped_number = float(digits.replace(",", "").replace(".", ""))
     set_point = conversion.scale * grouped_number + conversion.offset
     largest_likely = _LARGEST_LIKELY_SET_POINT.get(set_point_key, LARGEST_READING)
-    if set_point > largest_likely or not is_set_point(set_point_key, set_point):
+    if set_point > largest_likely or not is_in_set_point_range(set_point_key, set_point):
         return None
     return grouped_number, parse_decimal(digits)
 
@@ -250,7 +250,7 @@ def expected_text(set_point_key: str, text: str) -> str:
     conversion = conversion_to_set_point(set_point_key, unit)
     readings = _two_readings(set_point_key, digits, conversion) if conversion else None
     if readings is None:
-        return expected_set_point(set_point_key)
+        return set_point_range_in_words(set_point_key)
     with_group, with_decimals = readings
     return (
         f"{with_group:.12g} or {with_decimals:.12g} (in {unit}), without a mark between thousands: "
@@ -263,7 +263,7 @@ def conversion_to_set_point(set_point_key: str, unit: str) -> Conversion | None:
     unit = UNIT_BY_PLAIN_KEY.get(plain_key(unit), unit)
     if not set_point_key or not unit:
         return None
-    _, set_point_unit = SET_POINT_UNITS[set_point_key]
+    _, set_point_unit = QUANTITY_AND_UNIT_OF_SET_POINT[set_point_key]
     return possible_conversion(unit, (set_point_unit,))
 
 
@@ -311,11 +311,11 @@ def misspelt_key_problem(keys: Mapping[str, str], settings: Settings) -> Refusal
     # it may be the only oil of the campaign, not one that the log names
     keys_with_value.discard("oil")
     key_by_name: dict[str, str] = {}
-    for key, (quantity, _) in SET_POINT_UNITS.items():
+    for key, (quantity, _) in QUANTITY_AND_UNIT_OF_SET_POINT.items():
         key_by_name[key] = key
         key_by_name[quantity] = key
     for name, key in key_by_listed_name(settings).items():
-        if key == "oil" or key in SET_POINT_UNITS:
+        if key == "oil" or key in QUANTITY_AND_UNIT_OF_SET_POINT:
             key_by_name[name] = key
     for name, key in key_by_name.items():
         if key in keys_with_value:

@@ -9,7 +9,7 @@ import numpy.typing as npt
 
 from oilfilm.base.units import BoolArray, IndexArray
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import LoggedColumn
+from oilfilm.logs.log_schema import LoggedColumn
 
 Values = npt.NDArray[Any]
 # Text of each row of a column, shape (rows,).
@@ -157,4 +157,4 @@ class LoggedTable:
 
 
 # What a reader finds in a file: how the text is written, and its tables.
-TablesOfFile = tuple[base.TextForm, Iterable[LoggedTable]]
+TablesOfFile = tuple[base.TextDialect, Iterable[LoggedTable]]

@@ -11,9 +11,9 @@ from itertools import pairwise
 import numpy as np
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
+from oilfilm.logs.base import Refusal, TextDialect, UnreadableLogError, check_text_size
 from oilfilm.logs.header import FORMAT_ADVICE, keys_of_part
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalised
 
@@ -46,7 +46,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `ingest.Reader.tables`."""
-    check_lines(content)
+    check_text_size(content)
     encoding = encoding_of(content)
     text = normalised(content, encoding).decode("utf-8", "replace")
     separator_line = _SEPARATOR.search(text[:_LETTERS_SEARCHED])
@@ -72,7 +72,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         table = _table(lines[start_line:stop_line], file_header, marks, run_name, is_cut)
         if table is not None:
             logged_tables.append(table)
-    return TextForm.from_marks(encoding, separator, decimal_mark), logged_tables
+    return TextDialect.from_marks(encoding, separator, decimal_mark), logged_tables
 
 
 def _cells_of_header_lines(lines: Sequence[str], separator: str) -> CellsOfKey:

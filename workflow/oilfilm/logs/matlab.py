@@ -18,10 +18,10 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError
+from oilfilm.logs.base import NO_DIALECT, UnreadableLogError
 from oilfilm.logs.columns import header_text, texts_of
 from oilfilm.logs.header import keys_of_part
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
 _TITLE = b"MATLAB 5.0 MAT-file"
@@ -65,9 +65,9 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         advice = "Save a table T as a structure: S = table2struct(T, 'ToScalar', true)."
         raise UnreadableLogError(reason, advice)
     if len(logged_tables) == 1:
-        return NO_TEXT, [logged_tables[0].with_name("")]
+        return NO_DIALECT, [logged_tables[0].with_name("")]
     names = base.distinct_names(table.run_name for table in logged_tables)
-    return NO_TEXT, [
+    return NO_DIALECT, [
         table.with_name(name) for table, name in zip(logged_tables, names, strict=True)
     ]
 
@@ -95,7 +95,7 @@ def _check_size(content: bytes) -> None:
         else:
             unpacked_bytes += element_bytes
         if unpacked_bytes > most_bytes:
-            raise base.too_large(f"unpacked the file has more than {most_bytes >> 20} MiB")
+            raise base.too_large_error(f"unpacked the file has more than {most_bytes >> 20} MiB")
         position = end
 
 

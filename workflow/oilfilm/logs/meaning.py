@@ -20,7 +20,7 @@ import yaml
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import possible_conversion
 from oilfilm.logs.header import split_unit
-from oilfilm.logs.log_kind import QuantityAndUnit, Vocabulary
+from oilfilm.logs.log_schema import QuantityAndUnit, Vocabulary
 
 # Quantity -> the unit in which it is used here.
 UNIT_BY_QUANTITY = {
@@ -560,27 +560,29 @@ def quantity_of_logs(quantity: str) -> str:
 
 
 @dataclass(frozen=True)
-class VocabularyInWords(Vocabulary):
+class WordVocabulary(Vocabulary):
     """A vocabulary that understands names by their words, too.
 
     Readers find the line of names and the row of units with it. It does not decide which column is
     taken.
 
     Attributes:
-        meaning_of_name: Name of a column -> its meaning, as the user says.
+        stated_meaning_of_name: Name of a column -> its meaning, as the user says.
     """
 
-    meaning_of_name: Mapping[str, Meaning] = field(default_factory=dict)
+    stated_meaning_of_name: Mapping[str, Meaning] = field(default_factory=dict)
 
-    def meaning(self, name: str) -> QuantityAndUnit | None:
-        """See `Vocabulary.meaning`."""
-        listed_meaning = super().meaning(name)
+    def quantity_and_unit(self, name: str) -> QuantityAndUnit | None:
+        """See `Vocabulary.quantity_and_unit`."""
+        listed_meaning = super().quantity_and_unit(name)
         if listed_meaning is not None:
             return listed_meaning
         meaning = meaning_of(name)
         for key in (name, split_unit(name)[0], stated_unit(name)[0]):
-            meaning = self.meaning_of_name.get(key, meaning)
+            meaning = self.stated_meaning_of_name.get(key, meaning)
         if meaning is None:
             return None
         quantity = quantity_of_logs(meaning.quantity)
-        return QuantityAndUnit(quantity, meaning.unit) if quantity in self.quantities else None
+        return (
+            QuantityAndUnit(quantity, meaning.unit) if quantity in self.units_of_quantity else None
+        )

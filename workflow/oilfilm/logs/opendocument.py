@@ -14,7 +14,7 @@ from xml.parsers import expat
 
 import pandas as pd
 
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
 from oilfilm.logs.workbook import (
     LAST_ROW,

@@ -10,9 +10,9 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_row_count
+from oilfilm.logs.base import COPY_AGAIN_ADVICE, NO_DIALECT, UnreadableLogError, check_row_count
 from oilfilm.logs.columns import as_seconds, header_text, texts_of
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
 # Largest size of a column of text that may name the run of a row.
@@ -45,13 +45,13 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     # texts of any length are not read
     names_to_read = {
         schema.names[column_index]: None
-        for column_index in vocabulary.meanings(schema.names, units)
+        for column_index in vocabulary.quantities_and_units(schema.names, units)
         if _holds_numbers(schema.types[column_index])
     }
     columns = log.read(columns=list(names_to_read), use_threads=False)
     if columns.num_rows != row_count:
         reason = f"the footer counts {row_count} rows, and the pages have {columns.num_rows}"
-        raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
+        raise UnreadableLogError(reason, COPY_AGAIN_ADVICE, columns.num_rows, "damaged_file")
     # of each name all columns are read, in the order of the file
     indices_read = [
         column_index for column_index, name in enumerate(schema.names) if name in names_to_read
@@ -81,7 +81,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     logged = LoggedTable(
         _keys(metadata), schema.names, units, read_values, row_count, read_texts=read_texts
     )
-    return NO_TEXT, [logged] if row_count else []
+    return NO_DIALECT, [logged] if row_count else []
 
 
 def _unpacked_bytes_of(metadata: parquet.FileMetaData, name: str) -> int:

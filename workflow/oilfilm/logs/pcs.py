@@ -19,7 +19,7 @@ import yaml
 
 from oilfilm.base.units import BoolArray, FloatArray, conversion
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import LoggedColumn, Vocabulary
+from oilfilm.logs.log_schema import LoggedColumn, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import encoding_of
 
@@ -95,7 +95,7 @@ def _has_title(lines: Sequence[str]) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `ingest.Reader.tables`."""
-    base.check_lines(content)
+    base.check_text_size(content)
     # older programs write the degree sign in the encoding of western Windows
     encoding = encoding_of(content)
     if encoding not in {"ascii", "utf-8"}:
@@ -113,7 +113,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         for step, run_name in zip(steps, run_names, strict=True)
         if step.row_lines
     ]
-    return base.TextForm.from_marks(encoding, "\t", "."), logged_tables
+    return base.TextDialect.from_marks(encoding, "\t", "."), logged_tables
 
 
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:
@@ -187,7 +187,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         if name not in index_of_column
     ]
     return LoggedTable(
-        {"log_kind": base.SETTLED},
+        {"log_kind": base.SETTLED_LOG_KIND},
         names,
         [*sampled_units, *[""] * len(other_names)],
         lambda column_indices: [

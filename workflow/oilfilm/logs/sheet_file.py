@@ -23,7 +23,7 @@ from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, opendocument, run_sheet
 from oilfilm.logs.header import expected_text, key_by_listed_name, project_key_and_text, split_unit
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, joined_names, named_logs
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
 from oilfilm.logs.text_rows import encoding_of
@@ -42,7 +42,9 @@ _LARGEST_SHEET_BYTES = 16 * _MIB
 _TRIAL_CELL = "1"
 # A number with decimals: the mark in 1.250 might be one between thousands.
 _CERTAIN_DECIMAL = re.compile(r"[-+]?(?![1-9]\d{0,2}[.,]\d{3}$)\d*[.,]\d+")
-_SET_POINT_KEY_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
+_SET_POINT_KEY_OF_QUANTITY = {
+    quantity: key for key, (quantity, _) in base.QUANTITY_AND_UNIT_OF_SET_POINT.items()
+}
 
 # Text of each cell of a sheet, row by row.
 Cells = list[list[str]]
@@ -116,10 +118,10 @@ class _SheetBeingRead:
         decimal_mark: Decimal mark of its numbers; empty where it is not known.
     """
 
-    def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
+    def __init__(self, path: Path, settings: Settings, log_schema: LogSchema) -> None:
         self.path = path
         self.settings = settings
-        self.keys = (*_COMMON_COLUMNS, *kind.sheet_keys)
+        self.keys = (*_COMMON_COLUMNS, *log_schema.sheet_keys)
         self.mistakes: list[str] = []
         self.decimal_mark = "."
         key_by_name = key_by_listed_name(settings)
@@ -161,7 +163,7 @@ class _SheetBeingRead:
 
 
 def read_run_sheet(
-    content: bytes, path: Path, files: Sequence[str], settings: Settings, kind: LogKind
+    content: bytes, path: Path, files: Sequence[str], settings: Settings, log_schema: LogSchema
 ) -> RunSheet:
     """The run sheet of a campaign with the rows of each log.
 
@@ -171,13 +173,13 @@ def read_run_sheet(
         path: Its path, for messages.
         files: All logs of the campaign, by their paths below the folder of the sheet.
         settings: Settings of the campaign.
-        kind: The kind of logs.
+        log_schema: What logs of this kind of rig may hold.
 
     Raises:
         OilfilmError: It cannot be read, a column is unknown, or a cell has a wrong content. The
             message names all mistakes, each with its row, as a spreadsheet counts, and its column.
     """
-    sheet = _SheetBeingRead(path, settings, kind)
+    sheet = _SheetBeingRead(path, settings, log_schema)
     numbered_rows = _numbered_sheet_rows(content, sheet)
     rows_of_log: dict[str, list[SheetRow]] = {}
     unmatched_rows: list[str] = []
@@ -218,7 +220,7 @@ def is_run_sheet(path: Path, raw: Path) -> bool:
 
 
 def sheet_of_paths(
-    paths: Iterable[Path], raw_folder: Path, settings: Settings, kind: LogKind
+    paths: Iterable[Path], raw_folder: Path, settings: Settings, log_schema: LogSchema
 ) -> RunSheet:
     """One run sheet for logs of several campaigns' folders, by the paths as given.
 
@@ -228,7 +230,7 @@ def sheet_of_paths(
         paths: The logs, in any folder.
         raw_folder: The parent of the campaigns' folders, `data/raw`.
         settings: Settings of the campaign by which the logs are judged.
-        kind: The kind of logs.
+        log_schema: What logs of this kind of rig may hold.
 
     Raises:
         OilfilmError: As by `read_run_sheet`.
@@ -251,7 +253,9 @@ def sheet_of_paths(
             continue
         # logs with an unfit name are left out: the others can be judged all the same
         files = [name for name, fault in named_logs(folder) if not fault]
-        campaign_sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
+        campaign_sheet = read_run_sheet(
+            sheet_path.read_bytes(), sheet_path, files, settings, log_schema
+        )
         sheet_name = campaign_sheet.name
         rows_of_log |= {
             str(path): campaign_sheet.rows_of_log.get(name, ())
@@ -433,7 +437,7 @@ def _check_column(column: _SheetColumn, row_in_words: str, sheet: _SheetBeingRea
             return
         _, unit = split_unit(column.header_key)
         found = f"found the unit {unit!r}" if unit else "has no unit"
-        _, expected = base.SET_POINT_UNITS[column.key]
+        _, expected = base.QUANTITY_AND_UNIT_OF_SET_POINT[column.key]
         # a load may also be given as maximum Hertz pressure
         if column.key == "load_n":
             expected = "N or GPa"
@@ -511,7 +515,7 @@ def _value_and_expectation(
         "rig": list(settings.rigs),
         "bearing": [torque.bearing] if torque else [],
         # a signal against time, or settled readings
-        "log_kind": ["continuous", base.SETTLED],
+        "log_kind": ["continuous", base.SETTLED_LOG_KIND],
     }[key]
     name = settings.oil_id_by_name.get(plain_key(text), text) if key == "oil" else text
     expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(allowed_names)}"

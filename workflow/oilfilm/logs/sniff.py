@@ -29,17 +29,17 @@ from oilfilm.logs.header import (
     split_unit,
 )
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
-from oilfilm.logs.log_kind import (
+from oilfilm.logs.log_schema import (
+    HeaderProblems,
     ListedColumns,
     LoggedColumn,
-    LogKind,
-    Problems,
+    LogSchema,
     UsableLog,
     Vocabulary,
 )
 from oilfilm.logs.meaning import (
     RANK_OF_WORDS,
-    VocabularyInWords,
+    WordVocabulary,
     concepts_in,
     is_of_another_definition,
     meaning_of,
@@ -70,7 +70,7 @@ def columns_by_quantity(
     has_total_time = any({"total", "time"} <= concepts_in(name) for name, _ in distinct_columns)
     for name, unit_beside_name in distinct_columns:
         unit = unit_beside_name or split_unit(name)[1]
-        listed_meaning = vocabulary.meaning(name)
+        listed_meaning = vocabulary.quantity_and_unit(name)
         if listed_meaning is not None:
             quantity, unit_of_name = listed_meaning
             is_sure = quantity != "time" or not has_total_time
@@ -81,7 +81,7 @@ def columns_by_quantity(
         if likely_meaning is None or is_of_another_definition(likely_meaning):
             continue
         quantity = quantity_of_logs(likely_meaning.quantity)
-        if quantity in vocabulary.quantities:
+        if quantity in vocabulary.units_of_quantity:
             ranks_by_quantity.setdefault(quantity, {})[name, unit] = rank_of(likely_meaning)
     columns_of_quantity: dict[str, NamesAndUnits] = {}
     for quantity, rank_of_column in ranks_by_quantity.items():
@@ -95,7 +95,9 @@ def columns_by_quantity(
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_VOCABULARY_IN_WORDS = VocabularyInWords("traction", "columns", VOCABULARY.project_names, ())
+_WORD_VOCABULARY = WordVocabulary(
+    "traction", "columns", VOCABULARY.quantity_and_unit_of_project_name, ()
+)
 # A signal is held at a level where its readings differ by less than this, relative or in K.
 _LARGEST_LEVEL_SPREAD = 0.05
 _LARGEST_LEVEL_SPREAD_C = 3.0
@@ -152,7 +154,7 @@ class SniffedLog:
     Attributes:
         file: Its path below the campaign's folder.
         format_name: Its format; `none` where it is not known.
-        form: How the text is written.
+        dialect: How the text is written.
         candidates: Quantity -> its likely columns, each with the unit beside its name.
         unit_in_name_of_quantity: Quantity -> the unit in the name of its only candidate, where the
             log has no unit beside the name; empty where the name has none.
@@ -165,7 +167,7 @@ class SniffedLog:
 
     file: str
     format_name: str
-    form: base.TextForm
+    dialect: base.TextDialect
     candidates: Mapping[str, base.NamesAndUnits]
     unit_in_name_of_quantity: Mapping[str, str]
     missing_quantities: Sequence[str]
@@ -189,7 +191,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
     guessed_candidates = {
         quantity: candidates
         for quantity, candidates in candidates_by_quantity.items()
-        if not all(VOCABULARY.meaning(name) and unit for name, unit in candidates)
+        if not all(VOCABULARY.quantity_and_unit(name) and unit for name, unit in candidates)
     }
     only_candidate_of_quantity = {
         quantity: candidates[0]
@@ -213,7 +215,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         if quantity not in only_candidate_of_quantity and quantity != "time":
             continue
         name, unit_beside_name = candidates[0]
-        usual_unit = VOCABULARY.quantities[quantity][0]
+        usual_unit = VOCABULARY.units_of_quantity[quantity][0]
         unit = None if unit_beside_name else stated_unit(name)[1] or usual_unit
         listed_column_of_quantity[quantity] = Column(name=[name], unit=unit)
     missing_quantities = _missing_quantities(candidates_by_quantity)
@@ -225,7 +227,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         )
         return log.logged_run("", {"row": log.row_numbers}, {}, None)
 
-    format_name, reading = read_log(
+    format_name, parsed_log = read_log(
         content,
         file,
         _settings(),
@@ -233,7 +235,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
             listed_column_of_quantity, {*missing_quantities, "time"}, collect_run
         ),
     )
-    first_refusal = reading.refusals[0] if reading.refusals else base.Refusal("", "")
+    first_refusal = parsed_log.refusals[0] if parsed_log.refusals else base.Refusal("", "")
     # text is a log if a line names columns
     is_no_log = first_refusal.rule == "unknown_format" or (
         format_name == "csv" and not names_and_units
@@ -241,7 +243,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
     return SniffedLog(
         file,
         format_name,
-        reading.form,
+        parsed_log.dialect,
         guessed_candidates,
         unit_in_name_of_quantity,
         missing_quantities=_missing_to_ask(missing_quantities, format_name),
@@ -256,7 +258,7 @@ def _kind_without_demands(
     listed_columns: ListedColumns,
     unneeded_quantities: Set[str],
     collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
-) -> LogKind:
+) -> LogSchema:
     """A kind of log that reads what is there, without demands on header and columns."""
 
     def columns_of_campaign(campaign: Campaign) -> ListedColumns:
@@ -264,13 +266,13 @@ def _kind_without_demands(
 
     def no_problems(
         keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
-    ) -> Problems:
+    ) -> HeaderProblems:
         return iter(())
 
     def quantities_without_column(keys: Mapping[str, str], settings: Settings) -> Set[str]:
         return unneeded_quantities
 
-    return LogKind(
+    return LogSchema(
         VOCABULARY,
         columns_of_campaign,
         no_problems,
@@ -299,7 +301,7 @@ def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
         unpacked = unpack(content)
         format_name = recognised_format(unpacked) or format_name
         if format_name != "pcs":
-            _, logged_tables = READERS[format_name].tables(unpacked, _VOCABULARY_IN_WORDS)
+            _, logged_tables = READERS[format_name].tables(unpacked, _WORD_VOCABULARY)
             columns_of_tables = [
                 list(zip(table.names, table.units, strict=True)) for table in logged_tables
             ]
@@ -319,8 +321,10 @@ def _missing_quantities(candidates_by_quantity: Mapping[str, base.NamesAndUnits]
     if _TRACTION_COEFFICIENT in certain_quantities:
         # a table of mu has no force, and no time: its rows are settled readings
         certain_quantities |= {"traction_force", "time"}
-    speeds = max(VOCABULARY.alternatives, key=lambda pair: len(certain_quantities & set(pair)))
-    required = (*VOCABULARY.required, *speeds)
+    speeds = max(
+        VOCABULARY.alternative_quantities, key=lambda pair: len(certain_quantities & set(pair))
+    )
+    required = (*VOCABULARY.required_quantities, *speeds)
     return [quantity for quantity in required if quantity not in certain_quantities]
 
 
@@ -336,10 +340,10 @@ def _sniffed_run(
         zero_source: Gives the source of the zero.
     """
     # the readers have added the oil and the rig of their settings
-    keys_of_settings = {"oil", "rig"} - log.understood.source_of_key.keys()
+    keys_of_settings = {"oil", "rig"} - log.interpretation.source_of_key.keys()
     keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
     log_kind = keys.get("log_kind", "")
-    is_settled = log_kind == base.SETTLED or (
+    is_settled = log_kind == base.SETTLED_LOG_KIND or (
         _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
     )
     no_values = np.full(len(log.row_numbers), np.nan)
@@ -465,7 +469,7 @@ def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
         name = bare_key.replace("_", " ")
         last_word = plain_key(name.split(" ")[-1])
         _, unit_of_text = number_and_unit(text)
-        for set_point_key, (quantity, unit) in base.SET_POINT_UNITS.items():
+        for set_point_key, (quantity, unit) in base.QUANTITY_AND_UNIT_OF_SET_POINT.items():
             likely_meaning = meaning_of(name, unit, may_be_set_point=True)
             if key != set_point_key and (
                 likely_meaning is None or likely_meaning.quantity != quantity
@@ -687,7 +691,7 @@ class Findings:
     @property
     def uses_decimal_comma(self) -> bool:
         """Whether the laboratory writes numbers with a comma."""
-        return any(log.form.decimal_mark == "comma" for log in self.logs)
+        return any(log.dialect.decimal_mark == "comma" for log in self.logs)
 
 
 def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
@@ -703,7 +707,7 @@ def _is_unused(name: str, log: SniffedLog) -> bool:
     candidate_names = {
         candidate for candidates in log.candidates.values() for candidate, _ in candidates
     }
-    return name not in candidate_names and VOCABULARY.meaning(name) is None
+    return name not in candidate_names and VOCABULARY.quantity_and_unit(name) is None
 
 
 def _oil_id(label: str) -> str:

@@ -11,10 +11,16 @@ from nptdms import TdmsChannel, TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_row_count, distinct_names
+from oilfilm.logs.base import (
+    NO_DIALECT,
+    Refusal,
+    UnreadableLogError,
+    check_row_count,
+    distinct_names,
+)
 from oilfilm.logs.columns import as_seconds, header_text, texts_of
 from oilfilm.logs.header import keys_of_part
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
 _TAG = b"TDSm"
@@ -57,7 +63,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         if len(groups) == 1:
             run_names = [""]
         # read here, while the file is open
-        return NO_TEXT, [
+        return NO_DIALECT, [
             _table(group, log.properties, run_name, refusal, vocabulary, content)
             for group, run_name in zip(groups, run_names, strict=True)
         ]
@@ -145,12 +151,13 @@ def _table(
     channels = group.channels()
     names = [channel.name.strip() for channel in channels]
     units = [_unit(channel) for channel in channels]
-    meanings = vocabulary.meanings(names, units)
-    read_indices = list(meanings) or range(len(channels))
+    quantities_and_units = vocabulary.quantities_and_units(names, units)
+    read_indices = list(quantities_and_units) or range(len(channels))
     row_count = max(len(channels[column_index]) for column_index in read_indices)
     check_row_count(row_count)
     numbers_of_index = {
-        column_index: as_seconds(np.asarray(channels[column_index][:])) for column_index in meanings
+        column_index: as_seconds(np.asarray(channels[column_index][:]))
+        for column_index in quantities_and_units
     }
 
     def read_values(read_indices: Sequence[int]) -> list[Values]:

@@ -17,9 +17,9 @@ from typing import IO, Any
 from xml.parsers import expat
 
 from oilfilm.logs import base, delimited_text
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError
+from oilfilm.logs.base import NO_DIALECT, UnreadableLogError
 from oilfilm.logs.likely_names import is_line_of_units
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 # A workbook is a zip archive, which begins with these bytes.
@@ -90,9 +90,9 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
         )
         logged_tables[0] = logged_tables[0].with_note(note)
     if len(logged_tables) == 1:
-        return NO_TEXT, logged_tables
+        return NO_DIALECT, logged_tables
     names = base.distinct_names(titles)
-    return NO_TEXT, [
+    return NO_DIALECT, [
         table.with_name(name) for table, name in zip(logged_tables, names, strict=True)
     ]
 

@@ -77,7 +77,7 @@ def judged_torque_logs(
         settings: Settings of the campaign.
         run_sheet: Run sheet of the torque logs.
     """
-    ingested = ingest_logs(logs, settings, TorqueRig.kind_of_logs, run_sheet)
+    ingested = ingest_logs(logs, settings, TorqueRig.log_schema, run_sheet)
     samples = ingested.all_samples()
     curated = curate(samples, ingested.runs, TorqueRig(settings))
     samples_of_run = samples.groupby("run_id").get_group
