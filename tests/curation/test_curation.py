@@ -27,7 +27,7 @@ from oilfilm.curation.curate import (
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.plateau_gates import judge_plateaus
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
+from oilfilm.logs.ingest import Ingested, ingest_logs, open_sample_files
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -227,7 +227,7 @@ LOGS = [
 
 def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
     paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
-    with sample_files(paths, ABOUT) as keep:
+    with open_sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep_run=keep)
     samples = tables.read_parts("samples", *paths.values())
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)

@@ -93,8 +93,8 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import FloatArray
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
-from oilfilm.logs.columns import header_text
+from oilfilm.logs.base import NO_DIALECT, UnreadableLogError, check_text_size
+from oilfilm.logs.columns import text_of_value
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
@@ -106,7 +106,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
-    check_lines(content)
+    check_text_size(content)
     try:
         header, *rows = map(json.loads, content.splitlines())
         names, units = list(header["units"]), list(header["units"].values())
@@ -117,8 +117,8 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     def values(indices: Sequence[int]) -> list[FloatArray]:
         return [columns[index] for index in indices]
 
-    keys = {plain_key(name): header_text(value) for name, value in header["keys"].items()}
-    return NO_TEXT, [LoggedTable(keys, names, units, values, len(rows))]
+    keys = {plain_key(name): text_of_value(value) for name, value in header["keys"].items()}
+    return NO_DIALECT, [LoggedTable(keys, names, units, values, len(rows))]
 '''
 
 WRITER = """

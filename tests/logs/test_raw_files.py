@@ -93,7 +93,10 @@ def test_subfolder_without_rights_is_named(tmp_path: Path, monkeypatch: pytest.M
 
 def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
     logs = [f"4102_P1.00_U25_T{number:03d}.csv" for number in range(800)]
-    before, after = raw_files.shares_of(logs, 100), raw_files.shares_of([*logs, "x.csv"], 120)
+    before, after = (
+        raw_files.logs_by_share(logs, 100),
+        raw_files.logs_by_share([*logs, "x.csv"], 120),
+    )
     # 8 shares; a twentieth more is within four standard deviations of chance
     assert all(60 < len(files) < 140 for files in before.values())
     assert sorted(chain.from_iterable(before.values())) == logs
@@ -102,11 +105,11 @@ def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
 
 def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
     counts = [
-        len(raw_files.shares_of([f"{n}.csv" for n in range(logs)], 250))
+        len(raw_files.logs_by_share([f"{n}.csv" for n in range(logs)], 250))
         for logs in (1, 250, 251, 501)
     ]
     assert counts == [1, 1, 2, 4]
-    assert raw_files.shares_of([], 250) == {}
+    assert raw_files.logs_by_share([], 250) == {}
 
 
 # sha256 of "abc", from FIPS 180-2, appendix B.1

@@ -17,7 +17,7 @@ import formats
 from bad_logs import CONFIG
 from oilfilm.logs import ingest, raw_files
 from oilfilm.logs.base import ParsedLog, UnreadableLogError
-from oilfilm.logs.header import header_keys, misspelt_key_problem, named_keys
+from oilfilm.logs.header import misspelt_key_problem, project_header, with_default_rig_and_oil
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
 from oilfilm.logs.text_rows import seconds_of_stamps
 from oilfilm.settings.resolved import Settings
@@ -369,7 +369,10 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
     (run,) = read_log(log, "log", CONFIG)[1].runs
     assert run.oil_name == "4102"
     # no name of an oil
-    assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
+    assert (
+        with_default_rig_and_oil({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"]
+        == "4050"
+    )
 
 
 @pytest.mark.parametrize(
@@ -416,11 +419,11 @@ def test_word_of_its_own_is_no_slip_of_the_pen() -> None:
 )
 def test_header_set_point_may_have_a_unit(line: str, text: str, key: str, expected: float) -> None:
     config = with_campaign(header={"load_n": "Last"})
-    keys = named_keys({line: text, "oil": "4102"}, config)
+    keys = project_header({line: text, "oil": "4102"}, config)
     assert keys.keys() == {"oil", key}
     assert float(keys[key]) == pytest.approx(expected, rel=1e-11)
     # two lines that agree are one
-    assert named_keys({key: keys[key], line: text}, config).keys() == {key}
+    assert project_header({key: keys[key], line: text}, config).keys() == {key}
 
 
 @pytest.mark.parametrize(

@@ -27,7 +27,7 @@ from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.base import SET_POINT_KEYS as NAMED
 from oilfilm.logs.ingest import Ingested, ingest_logs
 from oilfilm.logs.log_schema import LogSchema
-from oilfilm.logs.raw_files import find_sheet, raw_files
+from oilfilm.logs.raw_files import find_run_sheet, raw_files
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.torque_log import TORQUE
@@ -403,7 +403,7 @@ def test_set_point_with_three_decimals_is_read_where_only_that_is_possible(
     text: str, set_point: str, expected: str
 ) -> None:
     (row_of_sheet,) = sheet(text).rows_of_log["a.csv"]
-    assert row_of_sheet.keys[set_point] == expected
+    assert row_of_sheet.text_of_key[set_point] == expected
 
 
 def test_all_mistakes_are_named_at_once() -> None:
@@ -441,10 +441,10 @@ def test_part_of_a_share_changes_with_its_own_rows_alone() -> None:
     files = ["a.csv", "b.csv"]
 
     def parts(text: str) -> list[dict[str, Any]]:
-        return [sheet(text, files).plain([file], with_remarks=False) for file in files]
+        return [sheet(text, files).to_params([file], with_remarks=False) for file in files]
 
     before = parts("file,oil,remarks\na.csv,4102,\nb.csv,4102,\n")
-    assert RunSheet.of_plain(before[0]).rows_of_log == sheet("file,oil\na.csv,4102").rows_of_log
+    assert RunSheet.from_params(before[0]).rows_of_log == sheet("file,oil\na.csv,4102").rows_of_log
     # a remark, a row of no log and the order change no result
     again = "file,oil,remarks\nz.csv,4102,\nb.csv,4102,warm day\na.csv,4102,\n"
     assert parts(again) == before
@@ -457,10 +457,10 @@ def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
     for name in ("a.csv", "Runs.CSV", "june/runs.csv", "~$runs.xlsx"):
         (tmp_path / name).write_text("x")
     assert raw_files(tmp_path) == ["a.csv", "june/runs.csv"]
-    assert find_sheet(tmp_path) == tmp_path / "Runs.CSV"
+    assert find_run_sheet(tmp_path) == tmp_path / "Runs.CSV"
     (tmp_path / "runs.tsv").write_text("x")
     with pytest.raises(OilfilmError, match=r"Runs.CSV and runs.tsv"):
-        find_sheet(tmp_path)
+        find_run_sheet(tmp_path)
 
 
 def test_check_uses_the_sheet_nearby(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

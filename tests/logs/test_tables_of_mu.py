@@ -97,7 +97,7 @@ def test_gates_that_need_time_are_listed(
 def test_coefficient_is_never_taken_for_a_force_and_names_keep_their_blanks() -> None:
     found = sniff("mtm.csv", table(""), lambda *signals: None)
     # `Load (N)` is known without a guess
-    assert dict(found.candidates) == {
+    assert dict(found.candidates_of_quantity) == {
         "slide_roll_ratio": [("SRR (%)", "%")],
         "entrainment_speed": [("Mean speed (mm/s)", "mm/s")],
         "traction_coefficient": [("Traction Coeff (-)", "-")],
@@ -111,7 +111,7 @@ def test_two_names_that_may_be_one_quantity_are_both_shown() -> None:
     others = {"COF (-)": 0.1, "Friction coefficient (-)": 0.1}
     content = table("", ["Traction Coeff (-)"], **others)
     found = sniff("mtm.csv", content, lambda *signals: None)
-    assert [name for name, _ in found.candidates["traction_coefficient"]] == [
+    assert [name for name, _ in found.candidates_of_quantity["traction_coefficient"]] == [
         "COF (-)",
         "Friction coefficient (-)",
     ]

@@ -9,7 +9,7 @@ from oilfilm import tables
 from oilfilm.base.digests import mapping_digest
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.curation.curate import compare_runs
-from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.raw_files import read_listings
 from oilfilm.report.spreadsheet import write_csv
 from oilfilm.tables.sorted_rows import sorted_rows
@@ -18,7 +18,7 @@ with run.job(snakemake) as job:
     inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
     if params.measured:
         digests = read_listings(*map(Path, inputs.digests))
-        first_seen = FirstSeen(job.settings.campaign.name, folder=Path(params.first_seen))
+        first_seen = FirstSeenDigests(job.settings.campaign.name, folder=Path(params.first_seen))
         first_seen.check_and_add(digests, params.acknowledged)
         removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:

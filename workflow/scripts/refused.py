@@ -29,7 +29,7 @@ with run.job(snakemake) as job:
     if job.settings.campaign.torque is not None:
         refused = job.input_tables.torque_quarantine
         logs = job.raw_logs(f"{job.settings.campaign.name}-torque")
-        sheet = RunSheet.of_plain(snakemake.params.sheet)
+        sheet = RunSheet.from_params(snakemake.params.sheet)
         rigs.append(judged_torque_logs(logs.select(refused["file"]), refused, job.settings, sheet))
     with atomic_folder(Path(snakemake.output.refused_pages)) as folder:
         pages = draw_pages(rigs, job.settings, snakemake.params.pages_max, folder)

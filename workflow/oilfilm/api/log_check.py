@@ -33,11 +33,11 @@ from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import LOAD_KEYS, NO_INTERPRETATION, READING_NOTE, SET_POINT_KEYS
-from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.ingest import LogSummary, ingest_logs, read_bytes
-from oilfilm.logs.raw_files import named_logs, raw_files
+from oilfilm.logs.raw_files import log_names_and_faults, raw_files
 from oilfilm.logs.run_sheet import RunSheet
-from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
+from oilfilm.logs.sheet_file import is_run_sheet_of_any_campaign, sheet_of_paths
 from oilfilm.settings.resolve import campaign_names, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.shape import FEWEST_CURVES
@@ -156,7 +156,9 @@ def check(
     given_campaign = campaign or _campaign_name_of(files, raw_folder, settings_folder)
     settings = resolve(settings_folder, {"campaign": given_campaign} if given_campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
-    log_paths = [path for path in dict.fromkeys(files) if not is_run_sheet(path, raw_folder)]
+    log_paths = [
+        path for path in dict.fromkeys(files) if not is_run_sheet_of_any_campaign(path, raw_folder)
+    ]
     if not log_paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     campaign_name = settings.campaign.name
@@ -216,9 +218,11 @@ def _advice_for_logs_of_no_campaign(campaign_name: str) -> str:
 def _sentences_on_missing_logs(campaign_name: str, raw_folder: Path) -> Iterator[str]:
     """Sentences on the logs of a campaign that an earlier run has read and that are missing now."""
     for folder_name in (campaign_name, f"{campaign_name}-torque"):
-        first_seen = FirstSeen(campaign_name, folder_name, folder=raw_folder.parent / "first_seen")
+        first_seen = FirstSeenDigests(
+            campaign_name, folder_name, folder=raw_folder.parent / "first_seen"
+        )
         folder = raw_folder / folder_name
-        logs_now = named_logs(folder) if folder.is_dir() else ()
+        logs_now = log_names_and_faults(folder) if folder.is_dir() else ()
         sentence = first_seen.sentence_on_missing(
             f"data/raw/{folder_name}/{name}" for name, _ in logs_now
         )

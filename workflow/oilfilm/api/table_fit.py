@@ -441,7 +441,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
     for logged_table in logged_tables:
         mu_table.notes = list(logged_table.notes)
         mu_table.column_names = logged_table.names
-        mu_table.says_simulated |= logged_table.keys.get("simulated", "no") != "no"
+        mu_table.says_simulated |= logged_table.text_of_key.get("simulated", "no") != "no"
         mu_table.points = pd.DataFrame()
         name_by_quantity = _add_points(mu_table, logged_table, stated_by_user)
         _add_labels(mu_table, logged_table, name_by_quantity.values())
@@ -493,7 +493,7 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
     try:
         if content.startswith(_PARQUET_SIGNATURE):
             return [("", _tab_separated(pd.read_parquet(io.BytesIO(content))))]
-        if content.startswith(workbook.SIGNATURE):
+        if content.startswith(workbook.ZIP_SIGNATURE):
             is_opendocument = opendocument.recognises(content)
             reader = opendocument if is_opendocument else workbook
             titled_texts = reader.sheet_texts(content)

@@ -21,9 +21,9 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import conversion
 from oilfilm.cli.arguments import quantity
 from oilfilm.cli.settings_line import FILL_IN, settings_line
-from oilfilm.logs.header import split_unit
+from oilfilm.logs.header import split_bracketed_unit
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import stated_unit
+from oilfilm.logs.meaning import split_unit
 from oilfilm.logs.raw_files import raw_files
 from oilfilm.logs.sniff import VOCABULARY
 from oilfilm.settings.campaign import Semantics
@@ -374,15 +374,17 @@ def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dic
     Raises:
         OilfilmError: The logs have no such column.
     """
-    matching_names = [name for name in column_names if answer in (name, split_unit(name)[0])]
+    matching_names = [
+        name for name in column_names if answer in (name, split_bracketed_unit(name)[0])
+    ]
     if not matching_names:
         raise OilfilmError(
             f"no log has the column {answer!r}; there are {', '.join(column_names)}."
         )
-    column_name, unit = split_unit(matching_names[0])
+    column_name, unit = split_bracketed_unit(matching_names[0])
     if unit:
         return {"name": [column_name]}
-    _, unit = stated_unit(column_name)
+    _, unit = split_unit(column_name)
     is_known = unit != "" and VOCABULARY.is_convertible(key, unit)
     return {"name": [column_name], "unit": unit if is_known else None}
 

@@ -26,17 +26,17 @@ from oilfilm.base.units import conversion
 from oilfilm.cli.dialogue import ProjectCheck, check_project, converse, open_lines, outcome_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import why_not_rolling
-from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, zero_source
+from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, find_zero_source
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import concepts_in, meaning_of, stated_unit
-from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
+from oilfilm.logs.meaning import concepts_in, meaning_of, split_unit
+from oilfilm.logs.raw_files import find_run_sheet, is_run_sheet_of, name_fault, raw_files
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
     SniffedLog,
-    rows_of_sheet,
-    set_points,
+    measured_set_points,
+    runs_for_run_sheet,
     shipped_names,
     sniff,
 )
@@ -272,7 +272,7 @@ def _findings_and_other_files(
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
         for source in ZERO_SOURCES_BEST_FIRST
     }
-    source_of_zero = partial(zero_source, settings_by_source=settings_by_source)
+    source_of_zero = partial(find_zero_source, settings_by_source=settings_by_source)
     sniffed_files = [
         sniff(log_name, read_bytes(path), source_of_zero)
         for log_name, path in path_by_log_name.items()
@@ -315,18 +315,18 @@ def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]
     path_by_log_name: dict[str, Path] = {}
     sheet_files: list[Path] = []
     for path in paths:
-        named_logs: dict[str, Path] = {}
+        path_of_log_name: dict[str, Path] = {}
         if path.is_dir():
-            named_logs = {name: path / name for name in raw_files(path)}
-            sheet_file = find_sheet(path)
+            path_of_log_name = {name: path / name for name in raw_files(path)}
+            sheet_file = find_run_sheet(path)
             if sheet_file:
                 sheet_files.append(sheet_file)
-        elif is_sheet(path, path.parent):
+        elif is_run_sheet_of(path, path.parent):
             sheet_files.append(path)
         else:
-            named_logs = {path.name: path}
-        for log_name, log_path in named_logs.items():
-            fault = unfit_name(log_name, log_path)
+            path_of_log_name = {path.name: path}
+        for log_name, log_path in path_of_log_name.items():
+            fault = name_fault(log_name, log_path)
             if fault:
                 raise OilfilmError(fault)
             first_path = path_by_log_name.setdefault(log_name, log_path)
@@ -377,7 +377,7 @@ def _needs_radii(findings: Findings) -> bool:
 
 def _converted_unit(column_name: str, quantity: str) -> str:
     """The unit of a quantity to which the unit in a column's name converts; empty without one."""
-    _, unit = stated_unit(column_name)
+    _, unit = split_unit(column_name)
     if not unit or not VOCABULARY.is_convertible(quantity, unit):
         return ""
     return conversion(unit, tuple(VOCABULARY.units_of_quantity[quantity])).unit
@@ -487,7 +487,7 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
 def _open_question(findings: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
     for log in findings.logs_with_columns:
-        for name, unit in log.candidates.get(quantity, ()):
+        for name, unit in log.candidates_of_quantity.get(quantity, ()):
             meaning = meaning_of(name, unit)
             if meaning is not None and meaning.question:
                 return meaning.question
@@ -511,7 +511,7 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield Line("zero", source, reason)
-    if findings.slip_is_logged:
+    if findings.is_slip_logged:
         column_names = findings.column_names_of_quantity.get(
             "slide_roll_ratio", ["slide_roll_ratio"]
         )
@@ -569,12 +569,12 @@ def run_sheet_text(findings: Findings) -> str:
 
 def _rows_of_log(log: SniffedLog, findings: Findings) -> Iterator[dict[str, object]]:
     """Rows of the run sheet for one log."""
-    for run in rows_of_sheet(log):
+    for run in runs_for_run_sheet(log):
         row: dict[str, object] = {"file": log.file}
         if run.name_in_file:
             row["run"] = run.name_in_file
         remarks = []
-        median_by_set_point = set_points(run)
+        median_by_set_point = measured_set_points(run)
         if median_by_set_point:
             row |= median_by_set_point
             remarks.append("guess: set points are medians of the log")

@@ -63,7 +63,7 @@ def _rolls(log: SniffedLog, column_names: Iterable[str]) -> bool:
     if log.format_name == "pcs":
         # an export of a traction rig, whatever its columns
         return True
-    quantities = set(log.candidates)
+    quantities = set(log.candidates_of_quantity)
     for name in column_names:
         concepts = concepts_in(name)
         if concepts & {"entrainment", "srr"} or {"rolling", "speed"} <= concepts:

@@ -17,7 +17,7 @@ from oilfilm.api.log_check import reports_on_logs_of_kind, rig_class_by_folder, 
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.raw_files import named_logs
+from oilfilm.logs.raw_files import log_names_and_faults
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.settings.resolve import resolve
@@ -101,7 +101,7 @@ class Watcher:
 
     def _look_at(self, folder: Path, rig_class: type[RigKind]) -> Iterator[str]:
         """Look at every file of one folder and yield each new verdict."""
-        fault_by_path = {folder / name: fault for name, fault in named_logs(folder)}
+        fault_by_path = {folder / name: fault for name, fault in log_names_and_faults(folder)}
         state_by_path: dict[Path, FileState] = {}
         for path in fault_by_path:
             if path.exists():

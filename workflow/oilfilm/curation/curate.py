@@ -42,7 +42,7 @@ from oilfilm.curation.run_gates import first_refusal, warnings_about
 from oilfilm.curation.statistics import Stretches
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import SETTLED_LOG_KIND, ColumnArrays, Refusal
-from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
+from oilfilm.logs.ingest import Ingested, ingest_logs, open_sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
@@ -728,9 +728,9 @@ def curate_share(
         sample_file_of_oil: File of each oil's samples.
         provenance: As for `tables.writing`.
     """
-    with sample_files(sample_file_of_oil, provenance) as keep_run:
+    with open_sample_files(sample_file_of_oil, provenance) as keep_run:
         ingested = ingest_logs(
-            logs, settings, sheet=sheet, keep_run=keep_run, known_digests=logs.digest_of_log
+            logs, settings, sheet=sheet, keep_run=keep_run, digest_of_log=logs.digest_of_log
         )
     parts = tables.read_parts("samples", *sample_file_of_oil.values())
     return curate_parts(parts, ingested, TractionRig(settings))

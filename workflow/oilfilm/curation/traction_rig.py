@@ -465,7 +465,7 @@ def _asymmetry(averages: ColumnArrays) -> FloatArray:
 ZERO_SOURCES_BEST_FIRST = ("rolling_phases", "opening_phase", "standstill")
 
 
-def zero_source(
+def find_zero_source(
     time_s: FloatArray,
     ball_m_s: FloatArray,
     disc_m_s: FloatArray,

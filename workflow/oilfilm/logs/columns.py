@@ -23,12 +23,12 @@ from oilfilm.base.units import (
     possible_conversion,
 )
 from oilfilm.logs import base
-from oilfilm.logs.clocks import with_time
+from oilfilm.logs.clocks import with_time_column
 from oilfilm.logs.log_schema import LoggedColumn, LogSchema, UsableLog, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
-from oilfilm.logs.run_sheet import Labels, RunSheet
+from oilfilm.logs.run_sheet import RunMetadata, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
-from oilfilm.logs.text_rows import DATE
+from oilfilm.logs.text_rows import DATE_PATTERN
 from oilfilm.settings.resolved import Settings
 
 # Limits of what the columns of a log can hold. They belong to reading, before a campaign is judged
@@ -61,12 +61,12 @@ def read_tables(
     sheet: RunSheet,
 ) -> base.ParsedLog:
     """The runs in the tables of a file, and what was refused of them."""
-    dialect = tables_of_file[0]
+    dialect, logged_tables = tables_of_file
     row_count = 0
     parsed_log = base.ParsedLog(0, dialect=dialect)
     names_of_runs: list[tuple[str, ...]] = []
-    context = _Context(file, dialect, settings, log_schema, sheet)
-    for table in tables_of_file[1]:
+    context = _FileContext(file, dialect, settings, log_schema, sheet)
+    for table in logged_tables:
         run_tables = _tables_of_runs(table, settings, log_schema)
         for run_table in run_tables:
             names_of_runs += _read_run(run_table, row_count + 1, parsed_log, context)
@@ -80,7 +80,7 @@ def _tables_of_runs(
 ) -> list[LoggedTable]:
     """One table per run of a table, with a time. Columns are read once for all runs."""
     vocabulary = log_schema.campaign_vocabulary(settings.campaign)
-    table = with_time(table, vocabulary)
+    table = with_time_column(table, vocabulary)
     values_of_index: dict[int, Values] = {}
 
     def read_values(column_indices: Sequence[int]) -> list[Values]:
@@ -95,8 +95,16 @@ def _tables_of_runs(
 
 
 @dataclass(frozen=True)
-class _Context:
-    """What the runs of one file share: its name, how its text is written, what judges them."""
+class _FileContext:
+    """What the runs of one file share.
+
+    Attributes:
+        file: Name of the file.
+        dialect: How its text is written.
+        settings: Settings of the campaign.
+        log_schema: What logs of this kind of rig may hold.
+        sheet: The run sheet.
+    """
 
     file: str
     dialect: base.TextDialect
@@ -106,7 +114,7 @@ class _Context:
 
 
 def _read_run(
-    table: LoggedTable, first_row_number: int, parsed_log: base.ParsedLog, context: _Context
+    table: LoggedTable, first_row_number: int, parsed_log: base.ParsedLog, context: _FileContext
 ) -> list[tuple[str, ...]]:
     """Add the run of a table, or why it is refused, to the reading of its file.
 
@@ -117,12 +125,12 @@ def _read_run(
     """
     dialect, log_schema = context.dialect, context.log_schema
     encoding_in_words = "" if dialect.encoding in ("", "ascii") else f"; read as {dialect.encoding}"
-    labels = context.sheet.labels(
-        context.file, table.sheet_names, table.keys, context.settings, table.decimal_mark
+    metadata = context.sheet.run_metadata(
+        context.file, table.run_names, table.text_of_key, context.settings, table.decimal_mark
     )
     try:
         run, refusals = _read_table(
-            table, labels, first_row_number, dialect, context.settings, log_schema
+            table, metadata, first_row_number, dialect, context.settings, log_schema
         )
         tables_of_set_points = _tables_of_set_points(table, run, first_row_number, log_schema)
         if len(tables_of_set_points) > 1:
@@ -140,15 +148,15 @@ def _read_run(
         )
         if isinstance(error, base.UnreadableLogError):
             problem = error.refusal
-        problem = labels.with_exclusion(problem)
-        run_id = labels.run_id if table.run_name else ""
+        problem = metadata.with_exclusion(problem)
+        run_id = metadata.run_id if table.run_name else ""
         row_ranges = base.unbroken_ranges(table.row_numbers(first_row_number))
         # a table without rows is refused, too
         row_ranges = row_ranges or [(first_row_number, first_row_number - 1)]
         refusals = [problem.for_rows(run_id, first, last) for first, last in row_ranges]
     parsed_log.refusals.extend(refusals)
-    parsed_log.refusals.extend(labels.remarks)
-    return [table.sheet_names] if table.run_name else []
+    parsed_log.refusals.extend(metadata.remarks)
+    return [table.run_names] if table.run_name else []
 
 
 def _tables_of_set_points(
@@ -174,15 +182,15 @@ def _tables_of_set_points(
         np.split(np.arange(table.row_count), split_indices), start=1
     ):
         name = f"{table.run_name} setpoint{number}".strip()
-        table_of_part = table.select_rows(row_index, name, table.keys)
-        table_of_part = replace(table_of_part, undivided_names=table.sheet_names)
+        table_of_part = table.select_rows(row_index, name, table.text_of_key)
+        table_of_part = replace(table_of_part, undivided_names=table.run_names)
         tables_of_parts.append(table_of_part.with_note(note))
     return tables_of_parts
 
 
 def _read_table(
     table: LoggedTable,
-    labels: Labels,
+    metadata: RunMetadata,
     first_row_number: int,
     dialect: base.TextDialect,
     settings: Settings,
@@ -197,35 +205,37 @@ def _read_table(
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = log_schema.campaign_vocabulary(settings.campaign)
-    unneeded_quantities = log_schema.unneeded_quantities(labels.keys, settings)
-    names, table = _names_without_twins(table, vocabulary)
+    unneeded_quantities = log_schema.unneeded_quantities(metadata.text_of_key, settings)
+    names, table = _names_without_duplicates(table, vocabulary)
     columns = table.columns or vocabulary.columns_of_run(names, table.units, unneeded_quantities)
-    problems = chain([labels.problem], log_schema.header_problems(labels.keys, columns, settings))
+    problems = chain(
+        [metadata.problem], log_schema.header_problems(metadata.text_of_key, columns, settings)
+    )
     first_problem = next(filter(None, problems), None)
     if first_problem:
         raise base.UnreadableLogError.from_refusal(first_problem)
     numbers_of_column = _logged_numbers(table, columns)
-    values_of_quantity, is_readable = _converted_values(numbers_of_column)
+    values_of_quantity, is_readable = _converted_numbers(numbers_of_column)
     row_numbers = table.row_numbers(first_row_number)
     is_good, refusals = _mask_of_good_rows(
         table, list(numbers_of_column.values()), is_readable, row_numbers
     )
     refusals += [base.Refusal(base.READING_NOTE, note, _NOTE_ADVICE) for note in table.notes]
-    refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
+    refusals = [replace(refusal, run_id=metadata.run_id) for refusal in refusals]
     if not is_good.all():
         row_numbers = row_numbers[is_good]
         values_of_quantity = {
             quantity: numbers[is_good] for quantity, numbers in values_of_quantity.items()
         }
     log = UsableLog(
-        labels.run_id,
-        labels.keys,
+        metadata.run_id,
+        metadata.text_of_key,
         list(numbers_of_column),
         row_numbers,
         values_of_quantity,
-        labels.exclusion
-        or _refusal_of_run(table, labels, row_numbers, values_of_quantity, refusals, dialect),
-        _run_interpretation(table, labels, numbers_of_column),
+        metadata.exclusion
+        or _refusal_of_run(table, metadata, row_numbers, values_of_quantity, refusals, dialect),
+        _run_interpretation(table, metadata, numbers_of_column),
     )
     return log_schema.make_run(log, settings), refusals
 
@@ -234,13 +244,13 @@ def _read_table(
 _ROUNDING_OF_CONVERSION = 1e-9
 
 
-def _names_without_twins(
+def _names_without_duplicates(
     table: LoggedTable, vocabulary: Vocabulary
 ) -> tuple[list[str], LoggedTable]:
-    """The names of the columns, empty for a twin of an earlier column, and the table with notes.
+    """Column names, empty for a duplicate of an earlier column, and the table with notes on these.
 
-    A column is a twin of an earlier one where both have the same quantity and the same numbers, in
-    one unit: a load of 80 N and one of 0.08 kN are twins.
+    A column is a duplicate where both have the same quantity and, in one unit, the same numbers: a
+    load in kN duplicates the load in N.
     """
     names = list(table.names)
     if table.columns:
@@ -252,18 +262,20 @@ def _names_without_twins(
         first_index = first_index_of_quantity.setdefault(quantity, index)
         if first_index == index:
             continue
-        numbers, twin_numbers = table.read_values([first_index, index])
-        if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
+        numbers, other_numbers = table.read_values([first_index, index])
+        if numbers.dtype.kind not in "iuf" or other_numbers.dtype.kind not in "iuf":
             continue
         first_unit = quantities_and_units[first_index].unit
         if unit == first_unit:
-            is_twin = np.array_equal(numbers, twin_numbers, equal_nan=True)
+            is_duplicate = np.array_equal(numbers, other_numbers, equal_nan=True)
         else:
             target_units = vocabulary.units_of_quantity[quantity]
             conversion = possible_conversion(first_unit, target_units)
-            twin_conversion = possible_conversion(unit, target_units)
-            is_twin = _are_equal_in_one_unit(numbers, conversion, twin_numbers, twin_conversion)
-        if is_twin:
+            other_conversion = possible_conversion(unit, target_units)
+            is_duplicate = _are_equal_in_one_unit(
+                numbers, conversion, other_numbers, other_conversion
+            )
+        if is_duplicate:
             notes.append(
                 f"the columns {names[first_index][:60]!r} and {names[index][:60]!r} hold the same "
                 "numbers; the first of them is used"
@@ -314,16 +326,16 @@ def _mask_of_good_rows(
         row_numbers: Row numbers in the file.
     """
     # a last row without a line end has a refusal of its own
-    is_ended = np.ones(len(row_numbers), dtype=bool)
+    has_line_end = np.ones(len(row_numbers), dtype=bool)
     if table.cut_row_cell_count:
-        is_ended[-1] = False
+        has_line_end[-1] = False
     refusals = [
         _refusal_of_unreadable_rows(
             table, numbers_of_columns, first, last, int(np.searchsorted(row_numbers, first))
         )
-        for first, last in base.unbroken_ranges(row_numbers[is_ended & ~is_readable])
+        for first, last in base.unbroken_ranges(row_numbers[has_line_end & ~is_readable])
     ]
-    is_good = is_readable & is_ended
+    is_good = is_readable & has_line_end
     if table.is_contradictory is not None:
         contradictory_row_numbers = row_numbers[is_good & table.is_contradictory]
         refusals += base.refused_ranges(
@@ -341,7 +353,7 @@ def _mask_of_good_rows(
 
 def _refusal_of_run(
     table: LoggedTable,
-    labels: Labels,
+    metadata: RunMetadata,
     row_numbers: IndexArray,
     values_of_quantity: Mapping[str, FloatArray],
     refusals: Sequence[base.Refusal],
@@ -351,7 +363,7 @@ def _refusal_of_run(
 
     Args:
         table: The table.
-        labels: What is known of the run.
+        metadata: What is known of the run.
         row_numbers: Numbers of the good rows.
         values_of_quantity: Their values by quantity.
         refusals: The refusals of the other rows.
@@ -362,7 +374,10 @@ def _refusal_of_run(
     for refusal in refusals:
         if refusal.rule == "cut_row":
             return replace(refusal, run_id="", rule="truncated")
-    if "time" in values_of_quantity and labels.keys.get("log_kind") != base.SETTLED_LOG_KIND:
+    if (
+        "time" in values_of_quantity
+        and metadata.text_of_key.get("log_kind") != base.SETTLED_LOG_KIND
+    ):
         rate_change = _rate_change_refusal(values_of_quantity["time"], row_numbers)
         if rate_change:
             return rate_change
@@ -370,16 +385,16 @@ def _refusal_of_run(
 
 
 def _run_interpretation(
-    table: LoggedTable, labels: Labels, numbers_of_column: Mapping[LoggedColumn, FloatArray]
+    table: LoggedTable, metadata: RunMetadata, numbers_of_column: Mapping[LoggedColumn, FloatArray]
 ) -> base.RunInterpretation:
     """How the columns and the header of a run were understood."""
     indices_read = {column.index for column in numbers_of_column}
     return base.RunInterpretation(
         columns=[column.summary(numbers) for column, numbers in numbers_of_column.items()],
         unused_names=[name for index, name in enumerate(table.names) if index not in indices_read],
-        source_of_key=labels.source_of_key,
+        source_of_key=metadata.source_of_key,
         names_with_units=_names_with_units(table),
-        statements=_statements(labels.keys),
+        statements=_statements(metadata.text_of_key),
     )
 
 
@@ -392,13 +407,13 @@ def _names_with_units(table: LoggedTable) -> tuple[str, ...]:
     return tuple(names[:_MOST_NAMES_STATED])
 
 
-def _statements(keys: Mapping[str, str]) -> tuple[str, ...]:
+def _statements(text_of_key: Mapping[str, str]) -> tuple[str, ...]:
     """Header lines as `key=text`, without oil, rig and set points; of a time stamp only the day."""
     statements: list[str] = []
-    for key, text in sorted(keys.items()):
+    for key, text in sorted(text_of_key.items()):
         if not text or key in _KEYS_WITH_COLUMN:
             continue
-        day = DATE.match(text)
+        day = DATE_PATTERN.match(text)
         value = day[0] if day else text
         statements.append(printable(f"{key[:40]}={value[:60]}"))
     return tuple(statements[:_MOST_STATED_KEYS])
@@ -520,7 +535,7 @@ def _logged_numbers(
     return numbers_of_column
 
 
-def _converted_values(
+def _converted_numbers(
     numbers_of_column: Mapping[LoggedColumn, FloatArray],
 ) -> tuple[dict[str, FloatArray], BoolArray]:
     """Quantity -> numbers in the unit of its column; and the mask of the rows that can be used.
@@ -561,7 +576,7 @@ def as_seconds(values: Values) -> Values:
     return (values - start) / np.timedelta64(1, "s")
 
 
-def header_text(value: object) -> str:
+def text_of_value(value: object) -> str:
     """A property of a binary format as a text log would write it."""
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
@@ -570,13 +585,13 @@ def header_text(value: object) -> str:
     return str(value).strip()
 
 
-def texts_of(values: Values) -> Texts:
+def texts_of_values(values: Values) -> Texts:
     """Numbers or texts of a binary format as a text log would write them; missing ones are empty.
 
     Args:
         values: Values of a column, shape (rows,).
     """
-    code_of_row, different_values = pd.factorize(values)
+    code_of_row, distinct_values = pd.factorize(values)
     # the code of a missing value is -1
-    text_of_code = [*(header_text(value) for value in different_values.tolist()), ""]
+    text_of_code = [*(text_of_value(value) for value in distinct_values.tolist()), ""]
     return np.array(text_of_code, dtype=object)[code_of_row]

@@ -18,7 +18,7 @@ from typing import NamedTuple
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
 from oilfilm.logs.base import TextDialect, UnreadableLogError, check_row_count, parse_decimal
-from oilfilm.logs.header import FULL_WIDTH, states_oil
+from oilfilm.logs.header import FULL_WIDTH_TO_ASCII, states_oil
 from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.log_schema import QuantitiesAndUnits, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
@@ -111,9 +111,9 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         f"block{number}" for number, _ in enumerate(texts_of_blocks, start=1)
     )
     return first_dialect, [
-        replace(table, run_name=name, keys=keys)
-        for table, name, keys in zip(
-            tables_of_blocks, names, _keys_of_blocks(tables_of_blocks), strict=True
+        replace(table, run_name=name, text_of_key=text_of_key)
+        for table, name, text_of_key in zip(
+            tables_of_blocks, names, _header_of_blocks(tables_of_blocks), strict=True
         )
     ]
 
@@ -152,16 +152,17 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextDial
     decimal_mark, group_mark = _decimal_and_group_mark(
         head, delimiter, quantities_and_units.keys() - stamp_indices
     )
-    keys = _header_keys(head.header_lines, head.delimiter)
+    text_of_key = _text_of_header_key(head.header_lines, head.delimiter)
     may_grow = (
-        "time" in vocabulary.required_quantities and keys.get("log_kind") != base.SETTLED_LOG_KIND
+        "time" in vocabulary.required_quantities
+        and text_of_key.get("log_kind") != base.SETTLED_LOG_KIND
     )
     body, notes = _with_line_end(body, start_of_rows, delimiter, len(head.names), may_grow=may_grow)
     text_table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamp_indices, start_of_rows
     )
-    logged = LoggedTable(
-        keys,
+    logged_table = LoggedTable(
+        text_of_key,
         head.names,
         head.units,
         text_table.numbers,
@@ -172,7 +173,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextDial
         notes=notes,
         decimal_mark=decimal_mark,
     )
-    return TextDialect.from_marks(encoding, head.delimiter, decimal_mark), logged
+    return TextDialect.from_marks(encoding, head.delimiter, decimal_mark), logged_table
 
 
 def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
@@ -189,7 +190,7 @@ def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
     while end_of_line_above >= 0:
         start = _start_of_header(text, end_of_line_above + 1, head)
         has_header = start < end_of_line_above + 1
-        if has_header or not _time_goes_on(text, end_of_line_above + 1, head, vocabulary):
+        if has_header or not _is_time_rising(text, end_of_line_above + 1, head, vocabulary):
             starts.append(start)
         end_of_line_above = text.find(b"\n" + line_of_names, end_of_line_above + 1)
     return [text[start:stop] for start, stop in pairwise([*starts, len(text)])]
@@ -295,7 +296,7 @@ def _is_row_above_names(line: str, head: _Head) -> bool:
     return len(cells) == len(head.names) and (is_number[0] or all(cells))
 
 
-def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
+def _is_time_rising(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
     """Whether time rises from the row above a repeated line of names to the row below it."""
     quantities_and_units = vocabulary.quantities_and_units(head.names, head.units)
     time_index = next(
@@ -327,18 +328,18 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
         return times[1] > times[0]
 
 
-def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
+def _header_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
     """Header keys of each block; those that only the first block gives hold for all blocks."""
-    keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    keys_in_other_blocks = {key for table in tables[1:] for key in table.text_of_key}
     # the oil is one key, whatever its lines are called
-    has_oil_in_other_blocks = any(states_oil(table.keys) for table in tables[1:])
-    keys_of_file = {
+    has_oil_in_other_blocks = any(states_oil(table.text_of_key) for table in tables[1:])
+    text_of_file_key = {
         key: text
-        for key, text in tables[0].keys.items()
-        if key not in keys_of_other_blocks
+        for key, text in tables[0].text_of_key.items()
+        if key not in keys_in_other_blocks
         and not (has_oil_in_other_blocks and states_oil({key: text}))
     }
-    return [keys_of_file | dict(table.keys) for table in tables]
+    return [text_of_file_key | dict(table.text_of_key) for table in tables]
 
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
@@ -365,7 +366,7 @@ def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
     beginning = text[: text_rows.HEAD_BYTES].decode("utf-8", "replace")
     # tested first: most logs are ASCII, and to translate takes longer
     if not beginning.isascii():
-        beginning = beginning.translate(FULL_WIDTH)
+        beginning = beginning.translate(FULL_WIDTH_TO_ASCII)
     lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     line_of_names = _line_of_names(lines, vocabulary)
     names, delimiter = line_of_names.names, line_of_names.delimiter
@@ -562,11 +563,11 @@ def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[st
     yield words
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
     names: list[str] = []
-    first_word = 0
-    while first_word < len(words):
-        word_count = _word_count_of_known_name(words[first_word:], vocabulary)
-        names.append(" ".join(words[first_word : first_word + word_count]))
-        first_word += word_count
+    first_word_index = 0
+    while first_word_index < len(words):
+        word_count = _word_count_of_known_name(words[first_word_index:], vocabulary)
+        names.append(" ".join(words[first_word_index : first_word_index + word_count]))
+        first_word_index += word_count
     yield names
 
 
@@ -695,14 +696,14 @@ def _bare_cell(cell: str) -> str:
     return cell.strip('[]() "')
 
 
-def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+def _text_of_header_key(lines: Sequence[str], delimiter: str) -> dict[str, str]:
     """Header keys from `key: value` lines above the names, with or without `#`.
 
     The mark between key and value is the first of `:`, `=` and the delimiter. Two values of one key
     are joined: what needs this key refuses the log.
     """
     marks = {":", "=", delimiter} - {_BLANK_DELIMITER}
-    keys: dict[str, str] = {}
+    text_of_key: dict[str, str] = {}
     for line in lines:
         text = line.strip().lstrip("#").strip()
         marks_of_line = [mark for mark in marks if mark in text]
@@ -713,7 +714,7 @@ def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
         surplus = f'"{delimiter} \t'
         key = plain_key(key).strip(surplus)
         value = value.strip(surplus)
-        if keys.get(key, value) != value:
-            value = f"{keys[key]} / {value}"
-        keys[key] = value
-    return keys
+        if text_of_key.get(key, value) != value:
+            value = f"{text_of_key[key]} / {value}"
+        text_of_key[key] = value
+    return text_of_key

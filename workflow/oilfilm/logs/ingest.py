@@ -148,7 +148,7 @@ def ingest_logs(
     log_schema: LogSchema = TRACTION,
     sheet: RunSheet = NO_SHEET,
     keep_run: Callable[[base.LoggedRun], None] | None = None,
-    known_digests: Mapping[str, str] | None = None,
+    digest_of_log: Mapping[str, str] | None = None,
 ) -> Ingested:
     """Read raw logs into samples, runs and quarantine.
 
@@ -158,7 +158,7 @@ def ingest_logs(
         log_schema: What logs of this kind of rig may hold.
         sheet: The run sheet; it overrides the headers of the logs.
         keep_run: Called with one run after the other. Without it the samples are returned.
-        known_digests: Name of a log -> its sha256, where it is known already.
+        digest_of_log: Name of a log -> its sha256, where it is known already.
 
     Raises:
         OilfilmError: Runs of two logs have the same name.
@@ -177,7 +177,7 @@ def ingest_logs(
                 file, format_name, parsed_log.dialect, parsed_log.row_count, interpretation_of_run
             )
         )
-        digest = (known_digests or {}).get(file) or hashlib.sha256(content).hexdigest()
+        digest = (digest_of_log or {}).get(file) or hashlib.sha256(content).hexdigest()
         columns_of_file = {
             "campaign": settings.campaign.name,
             "file": file,
@@ -193,7 +193,7 @@ def ingest_logs(
                     f"{file}: its run gets the name {run.run_id!r}, which a run of {other_file} "
                     "has already. Rename the file."
                 )
-            run_rows.append(columns_of_file | _row_of_runs(run, parsed_log.refusals))
+            run_rows.append(columns_of_file | _run_row(run, parsed_log.refusals))
             if keep_run is None:
                 runs_of_oil[run.oil_name].append(run)
             else:
@@ -223,7 +223,7 @@ def _quarantine_rows(
 
 
 @contextmanager
-def sample_files(
+def open_sample_files(
     path_of_oil: Mapping[str, Path], provenance: Mapping[str, Any]
 ) -> Iterator[Callable[[base.LoggedRun], None]]:
     """Write the samples of runs one after the other: memory does not grow with their number.
@@ -437,25 +437,27 @@ def unpack(content: bytes) -> bytes:
     if not codec:
         return content
     # a log of a rig at rest has the same row throughout and is packed to very few bytes
-    most_bytes_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
-    most_bytes = min(LARGEST_LOG, most_bytes_by_ratio)
+    most_byte_count_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most_byte_count = min(LARGEST_LOG, most_byte_count_by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-            unpacked = bytes(stream.read(most_bytes + 1))
+            unpacked = bytes(stream.read(most_byte_count + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
         raise base.UnreadableLogError(
             damage, base.COPY_AGAIN_ADVICE, rule="damaged_archive"
         ) from error
-    if len(unpacked) > most_bytes:
-        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if most_bytes < LARGEST_LOG else ""
+    if len(unpacked) > most_byte_count:
+        ratio = (
+            f", its size times {base.MOST_UNPACKED_RATIO}" if most_byte_count < LARGEST_LOG else ""
+        )
         raise base.too_large_error(
-            f"unpacked the file has more than {most_bytes // _BYTES_PER_MIB} MiB{ratio}"
+            f"unpacked the file has more than {most_byte_count // _BYTES_PER_MIB} MiB{ratio}"
         )
     return unpacked
 
 
-def _row_of_runs(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
+def _run_row(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
     """A row of the table of runs, without the columns of the file.
 
     Args:

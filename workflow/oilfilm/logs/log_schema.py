@@ -17,7 +17,7 @@ import numpy as np
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import Conversion, FloatArray, IndexArray, conversion, possible_conversion
 from oilfilm.logs import base
-from oilfilm.logs.header import FULL_WIDTH, split_unit
+from oilfilm.logs.header import FULL_WIDTH_TO_ASCII, split_bracketed_unit
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -140,7 +140,7 @@ class Vocabulary:
 
     def quantity_and_unit(self, name: str) -> QuantityAndUnit | None:
         """Quantity and unit of a column by its name; None where the name is not known."""
-        bare_name, unit = split_unit(name)
+        bare_name, unit = split_bracketed_unit(name)
         for quantity, listed_column in self.listed_columns.items():
             if _is_listed(name, listed_column):
                 return QuantityAndUnit(quantity, listed_column.unit or unit)
@@ -298,7 +298,7 @@ class Vocabulary:
             conversion_used = conversion(unit, self.units_of_quantity[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
-        unit_by_log = unit_beside_name or split_unit(name)[1] or unit
+        unit_by_log = unit_beside_name or split_bracketed_unit(name)[1] or unit
         self._refuse_contradictory_units(quantity, name, unit_beside_name)
         conversion_by_log = possible_conversion(unit_by_log, self.units_of_quantity[quantity])
         if conversion_by_log not in (None, conversion_used):
@@ -314,7 +314,7 @@ class Vocabulary:
         Raises:
             ValueError: Both are units of the quantity, and differ.
         """
-        bare_name, unit_in_brackets = split_unit(name)
+        bare_name, unit_in_brackets = split_bracketed_unit(name)
         key = plain_key(bare_name)
         # the name of a ratio, which is that of its quantity, states no unit
         _, unit_in_key = (
@@ -357,7 +357,7 @@ class Vocabulary:
 def _is_listed(name: str, listed_column: campaign_file.Column) -> bool:
     """Whether the campaign file lists a column's name, with or without its unit in brackets."""
     name = _comparable_name(name)
-    bare_name, _ = split_unit(name)
+    bare_name, _ = split_bracketed_unit(name)
     listed_names = {_comparable_name(listed_name) for listed_name in listed_column.name}
     return name in listed_names or bare_name in listed_names
 
@@ -365,7 +365,7 @@ def _is_listed(name: str, listed_column: campaign_file.Column) -> bool:
 @lru_cache(maxsize=4096)
 def _comparable_name(name: str) -> str:
     """A name as it is compared with those of the campaign file; the case is kept: n is not N."""
-    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH).split())
+    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH_TO_ASCII).split())
 
 
 @dataclass(frozen=True)
@@ -374,7 +374,7 @@ class UsableLog:
 
     Attributes:
         run_id: Unique name of the run.
-        keys: Header key -> its text.
+        text_of_key: Header key -> its text.
         columns: As `Vocabulary.columns_of_run` gave them.
         row_numbers: Row numbers in the log, shape (n,).
         values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
@@ -383,7 +383,7 @@ class UsableLog:
     """
 
     run_id: str
-    keys: Mapping[str, str]
+    text_of_key: Mapping[str, str]
     columns: Sequence[LoggedColumn]
     row_numbers: IndexArray
     values_of_quantity: Mapping[str, FloatArray]
@@ -405,18 +405,18 @@ class UsableLog:
         """The run with these samples; `refusal` counts where the log itself has none."""
         return base.LoggedRun(
             run_id=self.run_id,
-            oil_name=self.keys.get("oil", ""),
+            oil_name=self.text_of_key.get("oil", ""),
             rig_name=rig_name,
-            log_kind=self.keys.get("log_kind", "continuous"),
+            log_kind=self.text_of_key.get("log_kind", "continuous"),
             set_points=set_points,
             samples=samples,
             refusal=self.refusal or refusal,
-            label=self.keys.get("run", ""),
+            label=self.text_of_key.get("run", ""),
             interpretation=self.interpretation,
         )
 
 
-def _no_unneeded_quantities(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+def _no_unneeded_quantities(text_of_key: Mapping[str, str], settings: Settings) -> Set[str]:
     return frozenset()
 
 

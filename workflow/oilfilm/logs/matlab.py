@@ -19,8 +19,8 @@ import numpy as np
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base
 from oilfilm.logs.base import NO_DIALECT, UnreadableLogError
-from oilfilm.logs.columns import header_text, texts_of
-from oilfilm.logs.header import keys_of_part
+from oilfilm.logs.columns import text_of_value, texts_of_values
+from oilfilm.logs.header import header_of_part
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
@@ -80,31 +80,35 @@ def _check_size(content: bytes) -> None:
         ValueError: A variable is longer than the file.
     """
     byte_order = "<" if content[126:128] == b"IM" else ">"
-    most_bytes = min(
+    most_byte_count = min(
         _MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
     )
     position = _HEADER_BYTES
-    unpacked_bytes = 0
+    unpacked_byte_count = 0
     while position + _TAG_BYTES <= len(content):
-        element_type, element_bytes = struct.unpack_from(f"{byte_order}II", content, position)
-        end = position + _TAG_BYTES + element_bytes
+        element_type, element_byte_count = struct.unpack_from(f"{byte_order}II", content, position)
+        end = position + _TAG_BYTES + element_byte_count
         if end > len(content):
             raise ValueError("it ends within a variable")
         if element_type == _COMPRESSED:
-            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most_bytes)
+            unpacked_byte_count += _unpacked_byte_count(
+                content[position + _TAG_BYTES : end], most_byte_count
+            )
         else:
-            unpacked_bytes += element_bytes
-        if unpacked_bytes > most_bytes:
-            raise base.too_large_error(f"unpacked the file has more than {most_bytes >> 20} MiB")
+            unpacked_byte_count += element_byte_count
+        if unpacked_byte_count > most_byte_count:
+            raise base.too_large_error(
+                f"unpacked the file has more than {most_byte_count >> 20} MiB"
+            )
         position = end
 
 
-def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
+def _unpacked_byte_count(packed: bytes, most_byte_count: int) -> int:
     """Number of bytes of a packed variable, counted up to a limit without keeping them."""
     stream = zlib.decompressobj()
     byte_count = 0
     remaining = packed
-    while remaining and byte_count <= most_bytes:
+    while remaining and byte_count <= most_byte_count:
         byte_count += len(stream.decompress(remaining, _CHUNK_BYTES))
         remaining = stream.unconsumed_tail
     return byte_count
@@ -112,8 +116,8 @@ def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
 
 def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
     """The tables of a file: each structure, and the variables themselves."""
-    keys = dict(_keys(variables))
-    table = _table("", variables, keys)
+    text_of_key = dict(_header_items(variables))
+    table = _table("", variables, text_of_key)
     if table is not None:
         yield table
     for name, value in variables.items():
@@ -123,13 +127,15 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
         for number, element in enumerate(elements, start=1):
             fields = {field: element[field] for field in value.dtype.names}
             run_name = f"{name}{number}" if len(elements) > 1 else name
-            table = _table(run_name, fields, keys_of_part(keys, dict(_keys(fields))))
+            table = _table(
+                run_name, fields, header_of_part(text_of_key, dict(_header_items(fields)))
+            )
             if table is not None:
                 yield table
 
 
 def _table(
-    run_name: str, variables: Mapping[str, Any], keys: Mapping[str, str]
+    run_name: str, variables: Mapping[str, Any], text_of_key: Mapping[str, str]
 ) -> LoggedTable | None:
     """A table of the vectors of equal length among some variables, or of a matrix; else None."""
     vector_of_name = _vectors(variables)
@@ -151,9 +157,11 @@ def _table(
         if column.dtype == object:
             cells = [_text(cell) for cell in column]
             return np.array(cells, dtype=object)
-        return texts_of(column)
+        return texts_of_values(column)
 
-    return LoggedTable(keys, names, units, read_values, row_count, run_name, read_texts=read_texts)
+    return LoggedTable(
+        text_of_key, names, units, read_values, row_count, run_name, read_texts=read_texts
+    )
 
 
 def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
@@ -233,7 +241,7 @@ def _numbers(column: Values) -> Values:
     return np.array([], dtype=str)
 
 
-def _keys(variables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _header_items(variables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Header keys: texts and single numbers."""
     for name, value in variables.items():
         if isinstance(value, np.ndarray) and value.size == 1 and value.dtype.names is None:
@@ -249,5 +257,5 @@ def _text(cell: Any) -> str:
     if isinstance(cell, (str, np.str_)):
         return str(cell).strip()
     if isinstance(cell, (int, float, np.number)):
-        return header_text(float(cell))
+        return text_of_value(float(cell))
     return ""

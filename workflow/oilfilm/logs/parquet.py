@@ -11,7 +11,7 @@ import pyarrow.parquet as parquet
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import COPY_AGAIN_ADVICE, NO_DIALECT, UnreadableLogError, check_row_count
-from oilfilm.logs.columns import as_seconds, header_text, texts_of
+from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
@@ -68,7 +68,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     def read_texts(column_index: int) -> Texts:
         name = schema.names[column_index]
         is_text = arrow.types.is_string(schema.types[column_index])
-        if _unpacked_bytes_of(log.metadata, name) > _LARGEST_TEXTS or not (
+        if _unpacked_byte_count(log.metadata, name) > _LARGEST_TEXTS or not (
             is_text or _holds_numbers(schema.types[column_index])
         ):
             return np.full(row_count, "", dtype=object)
@@ -76,15 +76,20 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         encoded = parquet.ParquetFile(
             arrow.BufferReader(content), read_dictionary=[name] if is_text else None
         ).read(columns=[name], use_threads=False)
-        return texts_of(encoded.columns[0].to_pandas().to_numpy())
+        return texts_of_values(encoded.columns[0].to_pandas().to_numpy())
 
-    logged = LoggedTable(
-        _keys(metadata), schema.names, units, read_values, row_count, read_texts=read_texts
+    logged_table = LoggedTable(
+        _text_of_header_key(metadata),
+        schema.names,
+        units,
+        read_values,
+        row_count,
+        read_texts=read_texts,
     )
-    return NO_DIALECT, [logged] if row_count else []
+    return NO_DIALECT, [logged_table] if row_count else []
 
 
-def _unpacked_bytes_of(metadata: parquet.FileMetaData, name: str) -> int:
+def _unpacked_byte_count(metadata: parquet.FileMetaData, name: str) -> int:
     """Bytes of a column when it is unpacked."""
     byte_count = 0
     for group_index in range(metadata.num_row_groups):
@@ -123,14 +128,14 @@ def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
     return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
 
 
-def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+def _text_of_header_key(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
     """Header keys: the metadata of the file, then the `attrs` of a pandas frame."""
     try:
         attributes = dict(json.loads(metadata.get(_PANDAS_ATTRIBUTES_KEY, b"{}")))
     except (TypeError, ValueError, RecursionError):
         attributes = {}
     # metadata of the file replaces attributes of the same name
-    texts = {str(name): header_text(value) for name, value in attributes.items()}
+    texts = {str(name): text_of_value(value) for name, value in attributes.items()}
     for name, value in metadata.items():
         if name not in _TECHNICAL_KEYS:
             texts[name.decode("utf-8", "replace")] = value.decode("utf-8", "replace").strip()

@@ -89,8 +89,11 @@ def runs_in_table(
             run_table,
             run_name=name,
             undivided_names=(
-                *(_joined_names(table.run_name, whole) for whole in run_table.undivided_names),
-                *table.sheet_names,
+                *(
+                    _joined_names(table.run_name, undivided_name)
+                    for undivided_name in run_table.undivided_names
+                ),
+                *table.run_names,
             ),
         )
         for run_table, name in zip(run_tables, names, strict=True)
@@ -112,7 +115,7 @@ def _label_columns(
     key_by_listed_name = header.key_by_listed_name(settings)
     has_number: BoolArray | None = None
     for index, name in enumerate(table.names):
-        bare_name, unit = header.split_unit(name)
+        bare_name, unit = header.split_bracketed_unit(name)
         key = plain_key(bare_name)
         label_kind = _label_kind(key, key_by_listed_name)
         if not label_kind or unit or table.units[index] or index in quantities_and_units:
@@ -120,8 +123,8 @@ def _label_columns(
         if has_number is None:
             has_number = _has_number(table, quantities_and_units)
         label_column = _label_column(label_kind, key, table.read_texts(index), has_number)
-        is_settled = table.keys.get("log_kind") == base.SETTLED_LOG_KIND
-        if _is_naming_runs(label_column, is_settled=is_settled) and (
+        is_settled = table.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND
+        if _names_runs(label_column, is_settled=is_settled) and (
             label_kind != "step"
             or _is_sweep_in_each_step(table, quantities_and_units, label_column)
         ):
@@ -137,7 +140,7 @@ def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     meaning = key_by_listed_name.get(key, key)
     if meaning in ("oil", "rig", "run"):
         return meaning
-    if header.oil_key({key: "x"}):
+    if header.other_oil_key({key: "x"}):
         return "oil"
     words = frozenset(key.rstrip(".").split("_")) - _NUMBER_WORDS
     if len(words) != 1:
@@ -166,7 +169,7 @@ def _label_column(label_kind: str, key: str, texts: Texts, has_number: BoolArray
     return _LabelColumn(label_kind, key, list(names), name_index_of_row.astype(np.int64))
 
 
-def _is_naming_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
+def _names_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
     """Whether the texts of a column name runs: no numbers with decimals, no flag, no counter.
 
     Args:
@@ -267,18 +270,20 @@ def _tables_by_label(
     )
     tables_of_runs: list[LoggedTable] = []
     for labels, row_indices in zip(labels_of_runs, row_indices_of_runs, strict=True):
-        keys = dict(table.keys)
+        text_of_key = dict(table.text_of_key)
         for label_column, label in zip(label_columns, labels, strict=True):
             # the name of a run in its file need not differ from those of other files
             if label_column.label_kind in ("oil", "rig") and label:
                 stated = (
-                    keys.get(label_column.label_kind) or _stated_oil(label_column, keys) or label
+                    text_of_key.get(label_column.label_kind)
+                    or _stated_oil(label_column, text_of_key)
+                    or label
                 )
-                keys[label_column.label_kind] = _joined_texts(stated, label)
+                text_of_key[label_column.label_kind] = _joined_texts(stated, label)
         *undivided_names, run_name = [
             " ".join(labels[:label_count]) for label_count in range(label_count_in_name + 1)
         ]
-        run_table = table.select_rows(row_indices, run_name, keys)
+        run_table = table.select_rows(row_indices, run_name, text_of_key)
         # the name of no labels is empty
         tables_of_runs.append(replace(run_table, undivided_names=tuple(undivided_names[1:])))
     return tables_of_runs
@@ -293,10 +298,10 @@ def _label_count_that_tells_apart(labels_of_runs: Sequence[tuple[str, ...]]) -> 
     return column_count
 
 
-def _stated_oil(label_column: _LabelColumn, keys: Mapping[str, str]) -> str:
+def _stated_oil(label_column: _LabelColumn, text_of_key: Mapping[str, str]) -> str:
     """The oil that a header line such as `lubricant` states; empty without one."""
-    key = header.oil_key(keys) if label_column.label_kind == "oil" else None
-    return keys[key] if key else ""
+    key = header.other_oil_key(text_of_key) if label_column.label_kind == "oil" else None
+    return text_of_key[key] if key else ""
 
 
 def _joined_texts(stated: str, text: str) -> str:
@@ -327,8 +332,8 @@ def _tables_by_restart(
     tables_of_parts: list[LoggedTable] = []
     for number, (start, stop) in enumerate(pairwise(row_bounds), start=1):
         name = _joined_names(table.run_name, f"part{number}")
-        table_of_part = table.select_rows(np.arange(start, stop), name, table.keys)
-        tables_of_parts.append(replace(table_of_part, undivided_names=table.sheet_names))
+        table_of_part = table.select_rows(np.arange(start, stop), name, table.text_of_key)
+        tables_of_parts.append(replace(table_of_part, undivided_names=table.run_names))
     return tables_of_parts
 
 

@@ -24,9 +24,9 @@ from oilfilm.logs.base import NamesAndUnits
 from oilfilm.logs.header import (
     UNIT_BY_PLAIN_KEY,
     number_and_unit,
-    oil_key,
+    other_oil_key,
     project_key_and_text,
-    split_unit,
+    split_bracketed_unit,
 )
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
 from oilfilm.logs.log_schema import (
@@ -43,9 +43,9 @@ from oilfilm.logs.meaning import (
     concepts_in,
     is_of_another_definition,
     meaning_of,
-    quantity_of_logs,
+    quantity_in_logs,
     rank_of,
-    stated_unit,
+    split_unit,
 )
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import Campaign, Column
@@ -69,7 +69,7 @@ def columns_by_quantity(
     distinct_columns = list(dict.fromkeys(names_and_units))
     has_total_time = any({"total", "time"} <= concepts_in(name) for name, _ in distinct_columns)
     for name, unit_beside_name in distinct_columns:
-        unit = unit_beside_name or split_unit(name)[1]
+        unit = unit_beside_name or split_bracketed_unit(name)[1]
         listed_meaning = vocabulary.quantity_and_unit(name)
         if listed_meaning is not None:
             quantity, unit_of_name = listed_meaning
@@ -80,7 +80,7 @@ def columns_by_quantity(
         likely_meaning = meaning_of(name, unit)
         if likely_meaning is None or is_of_another_definition(likely_meaning):
             continue
-        quantity = quantity_of_logs(likely_meaning.quantity)
+        quantity = quantity_in_logs(likely_meaning.quantity)
         if quantity in vocabulary.units_of_quantity:
             ranks_by_quantity.setdefault(quantity, {})[name, unit] = rank_of(likely_meaning)
     columns_of_quantity: dict[str, NamesAndUnits] = {}
@@ -111,7 +111,9 @@ _SET_POINT_BY_LOAD_UNIT = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 # Function of time, speeds of ball and disc, load and force that gives the name of the source of the
 # zero of the force; None where no source is suitable.
-ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
+ZeroSourceFinder = Callable[
+    [FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None
+]
 
 
 @dataclass(frozen=True)
@@ -155,7 +157,7 @@ class SniffedLog:
         file: Its path below the campaign's folder.
         format_name: Its format; `none` where it is not known.
         dialect: How the text is written.
-        candidates: Quantity -> its likely columns, each with the unit beside its name.
+        candidates_of_quantity: Quantity -> its likely columns, each with the unit beside its name.
         unit_in_name_of_quantity: Quantity -> the unit in the name of its only candidate, where the
             log has no unit beside the name; empty where the name has none.
         missing_quantities: Quantities without a certain column.
@@ -168,7 +170,7 @@ class SniffedLog:
     file: str
     format_name: str
     dialect: base.TextDialect
-    candidates: Mapping[str, base.NamesAndUnits]
+    candidates_of_quantity: Mapping[str, base.NamesAndUnits]
     unit_in_name_of_quantity: Mapping[str, str]
     missing_quantities: Sequence[str]
     names: Sequence[str]
@@ -183,7 +185,7 @@ def _settings() -> Settings:
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
-def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
+def sniff(file: str, content: bytes, find_zero_source: ZeroSourceFinder) -> SniffedLog:
     """What a log of a traction rig probably holds."""
     format_name, names_and_units = _format_and_names(content)
     candidates_by_quantity = columns_by_quantity(names_and_units, VOCABULARY)
@@ -199,7 +201,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         if len(candidates) == 1
     }
     unit_in_name_of_quantity = {
-        quantity: stated_unit(name)[1]
+        quantity: split_unit(name)[1]
         for quantity, (name, unit_beside_name) in only_candidate_of_quantity.items()
         if not unit_beside_name
     }
@@ -216,14 +218,16 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
             continue
         name, unit_beside_name = candidates[0]
         usual_unit = VOCABULARY.units_of_quantity[quantity][0]
-        unit = None if unit_beside_name else stated_unit(name)[1] or usual_unit
+        unit = None if unit_beside_name else split_unit(name)[1] or usual_unit
         listed_column_of_quantity[quantity] = Column(name=[name], unit=unit)
     missing_quantities = _missing_quantities(candidates_by_quantity)
     runs: list[SniffedRun] = []
 
     def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         runs.append(
-            _sniffed_run(log.run_id[len(file) + 1 :], log, quantities_without_unit, zero_source)
+            _sniffed_run(
+                log.run_id[len(file) + 1 :], log, quantities_without_unit, find_zero_source
+            )
         )
         return log.logged_run("", {"row": log.row_numbers}, {}, None)
 
@@ -231,7 +235,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         content,
         file,
         _settings(),
-        _kind_without_demands(
+        _schema_without_demands(
             listed_column_of_quantity, {*missing_quantities, "time"}, collect_run
         ),
     )
@@ -246,7 +250,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         parsed_log.dialect,
         guessed_candidates,
         unit_in_name_of_quantity,
-        missing_quantities=_missing_to_ask(missing_quantities, format_name),
+        missing_quantities=_quantities_to_ask_for(missing_quantities, format_name),
         names=list(dict.fromkeys(name for name, _ in names_and_units if name)),
         problem="" if runs else first_refusal.reason,
         runs=runs,
@@ -254,7 +258,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
     )
 
 
-def _kind_without_demands(
+def _schema_without_demands(
     listed_columns: ListedColumns,
     unneeded_quantities: Set[str],
     collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
@@ -265,11 +269,11 @@ def _kind_without_demands(
         return listed_columns
 
     def no_problems(
-        keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+        text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
     ) -> HeaderProblems:
         return iter(())
 
-    def quantities_without_column(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+    def quantities_without_column(text_of_key: Mapping[str, str], settings: Settings) -> Set[str]:
         return unneeded_quantities
 
     return LogSchema(
@@ -282,7 +286,7 @@ def _kind_without_demands(
     )
 
 
-def _missing_to_ask(missing_quantities: Sequence[str], format_name: str) -> list[str]:
+def _quantities_to_ask_for(missing_quantities: Sequence[str], format_name: str) -> list[str]:
     """The missing quantities that the user must name."""
     if format_name == "pcs":
         # the names in these exports are fixed
@@ -329,7 +333,10 @@ def _missing_quantities(candidates_by_quantity: Mapping[str, base.NamesAndUnits]
 
 
 def _sniffed_run(
-    name_in_file: str, log: UsableLog, quantities_without_unit: Set[str], zero_source: ZeroSource
+    name_in_file: str,
+    log: UsableLog,
+    quantities_without_unit: Set[str],
+    find_zero_source: ZeroSourceFinder,
 ) -> SniffedRun:
     """What columns and header lines of a run show.
 
@@ -337,12 +344,14 @@ def _sniffed_run(
         name_in_file: Name of the run in its file.
         log: The rows of the run.
         quantities_without_unit: Quantities whose unit is not known: nothing follows from them.
-        zero_source: Gives the source of the zero.
+        find_zero_source: Gives the source of the zero.
     """
     # the readers have added the oil and the rig of their settings
     keys_of_settings = {"oil", "rig"} - log.interpretation.source_of_key.keys()
-    keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
-    log_kind = keys.get("log_kind", "")
+    text_of_key = {
+        key: text for key, text in log.text_of_key.items() if key not in keys_of_settings
+    }
+    log_kind = text_of_key.get("log_kind", "")
     is_settled = log_kind == base.SETTLED_LOG_KIND or (
         _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
     )
@@ -356,18 +365,18 @@ def _sniffed_run(
     signals = (time_s, ball_speed, disc_speed, load, force)
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
-    key_of_oil = oil_key(keys) or "oil"
+    key_of_oil = other_oil_key(text_of_key) or "oil"
     return SniffedRun(
         name_in_file,
         key_of_oil,
-        keys.get(key_of_oil, ""),
-        keys.get("rig", ""),
-        set_point_lines=_set_point_lines(keys),
+        text_of_key.get(key_of_oil, ""),
+        text_of_key.get("rig", ""),
+        set_point_lines=_set_point_lines(text_of_key),
         measured_levels=_measured_levels(
             log, (ball_speed + disc_speed) / 2, quantities_without_unit
         ),
         is_settled=is_settled,
-        zero_source=zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
+        zero_source=find_zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
         unit_of_quantity=log.unit_of_quantity,
         log_kind=log_kind,
         is_slow=not is_settled and step_s > _LONGEST_INTERVAL_S,
@@ -403,12 +412,12 @@ def _measured_levels(
     # readings at standstill are no level of the run
     is_counted = is_turning if is_turning.any() else np.ones(len(log.row_numbers), dtype=bool)
     return {
-        set_point_key: _level(set_point_key, signal[is_counted])
+        set_point_key: _held_level(set_point_key, signal[is_counted])
         for set_point_key, signal in signal_by_set_point.items()
     }
 
 
-def _level(set_point_key: str, values: FloatArray) -> float:
+def _held_level(set_point_key: str, values: FloatArray) -> float:
     """The median, rounded like a set point, where the signal is held at a level; else NaN."""
     readings = values[np.isfinite(values)]
     if set_point_key != "inlet_temperature_c":
@@ -458,14 +467,14 @@ def _is_turning(speed: FloatArray) -> BoolArray:
 # ---------------------------------------------------------------- header lines
 
 
-def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
+def _set_point_lines(text_of_key: Mapping[str, str]) -> dict[str, tuple[str, float]]:
     """Key of a set point -> name and value of the header line that gives it with its unit.
 
     Of two lines for one set point the first counts.
     """
     line_of_set_point: dict[str, tuple[str, float]] = {}
-    for key, text in keys.items():
-        bare_key, unit_in_brackets = split_unit(key)
+    for key, text in text_of_key.items():
+        bare_key, unit_in_brackets = split_bracketed_unit(key)
         name = bare_key.replace("_", " ")
         last_word = plain_key(name.split(" ")[-1])
         _, unit_of_text = number_and_unit(text)
@@ -493,7 +502,7 @@ def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
     return line_of_set_point
 
 
-def set_points(run: SniffedRun) -> dict[str, float]:
+def measured_set_points(run: SniffedRun) -> dict[str, float]:
     """Key of a set point -> its measured level, without set points that the header gives."""
     keys_in_header = set(run.set_point_lines)
     # the load has one set point, as force or as pressure
@@ -506,12 +515,12 @@ def set_points(run: SniffedRun) -> dict[str, float]:
     }
 
 
-def rows_of_sheet(log: SniffedLog) -> Sequence[SniffedRun]:
+def runs_for_run_sheet(log: SniffedLog) -> Sequence[SniffedRun]:
     """The runs of a log that need a row of the run sheet; one for all where they are alike."""
     if not log.runs:
         return [SniffedRun()]
     first_run = log.runs[0]
-    if all(set_points(run) == set_points(first_run) for run in log.runs):
+    if all(measured_set_points(run) == measured_set_points(first_run) for run in log.runs):
         return [replace(first_run, name_in_file="")]
     return log.runs
 
@@ -549,7 +558,7 @@ class Findings:
         return [
             log
             for log in self.logs
-            if log.runs or len(log.candidates) >= _FEWEST_RECOGNISED_COLUMNS
+            if log.runs or len(log.candidates_of_quantity) >= _FEWEST_RECOGNISED_COLUMNS
         ]
 
     @cached_property
@@ -557,13 +566,13 @@ class Findings:
         """Quantity -> the names that its only candidate has in the logs."""
         names: list[tuple[str, str]] = []
         for log in self.logs_with_columns:
-            for quantity, candidates in log.candidates.items():
+            for quantity, candidates in log.candidates_of_quantity.items():
                 if len(candidates) > 1:
                     continue
                 name, unit = candidates[0]
                 # a unit in brackets is read; without one the name stays as the log writes it
-                names.append((quantity, split_unit(name)[0] if unit else name))
-        return _grouped(names)
+                names.append((quantity, split_bracketed_unit(name)[0] if unit else name))
+        return _texts_by_key(names)
 
     @property
     def names_to_choose_from(self) -> dict[str, list[str]]:
@@ -572,7 +581,7 @@ class Findings:
         for log in self.logs_with_columns:
             candidates_by_quantity = {
                 quantity: [name for name, _ in candidates]
-                for quantity, candidates in log.candidates.items()
+                for quantity, candidates in log.candidates_of_quantity.items()
                 if len(candidates) > 1
             }
             unused = [name for name in log.names if _is_unused(name, log)]
@@ -606,7 +615,7 @@ class Findings:
         names = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
         for run in self.runs:
             names += [(key, name) for key, (name, _) in run.set_point_lines.items()]
-        return _grouped((key, name) for key, name in names if plain_key(name) != key)
+        return _texts_by_key((key, name) for key, name in names if plain_key(name) != key)
 
     @cached_property
     def labels_of_oil(self) -> dict[str, list[str]]:
@@ -614,7 +623,7 @@ class Findings:
         labels = dict.fromkeys(run.oil_name for run in self.runs if run.oil_name)
         if not labels:
             return {"my-oil": []}
-        return _grouped(
+        return _texts_by_key(
             (_oil_id(label) or f"oil-{number}", label)
             for number, label in enumerate(labels, start=1)
         )
@@ -666,7 +675,7 @@ class Findings:
         return Counter(run.zero_source for run in self.runs if run.zero_source != "")
 
     @property
-    def slip_is_logged(self) -> bool:
+    def is_slip_logged(self) -> bool:
         """Whether the slip comes from a logged slide-roll ratio, whose definition is not known."""
         return any(
             run.unit_of_quantity and "ball_speed" not in run.unit_of_quantity for run in self.runs
@@ -677,7 +686,7 @@ class Findings:
         """Whether two runs of one oil have the same set points."""
         conditions = []
         for run in self.runs:
-            levels = set_points(run)
+            levels = measured_set_points(run)
             levels |= {set_point: value for set_point, (_, value) in run.set_point_lines.items()}
             has_all_levels = (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
@@ -694,7 +703,7 @@ class Findings:
         return any(log.dialect.decimal_mark == "comma" for log in self.logs)
 
 
-def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+def _texts_by_key(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
     """Key -> its different texts, in the order in which they come."""
     texts_of_key: dict[str, list[str]] = {}
     for key, text in dict.fromkeys(pairs):
@@ -705,7 +714,9 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
 def _is_unused(name: str, log: SniffedLog) -> bool:
     """Whether a column of a log has no likely meaning."""
     candidate_names = {
-        candidate for candidates in log.candidates.values() for candidate, _ in candidates
+        candidate
+        for candidates in log.candidates_of_quantity.values()
+        for candidate, _ in candidates
     }
     return name not in candidate_names and VOCABULARY.quantity_and_unit(name) is None
 

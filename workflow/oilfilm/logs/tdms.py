@@ -18,8 +18,8 @@ from oilfilm.logs.base import (
     check_row_count,
     distinct_names,
 )
-from oilfilm.logs.columns import as_seconds, header_text, texts_of
-from oilfilm.logs.header import keys_of_part
+from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
+from oilfilm.logs.header import header_of_part
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
@@ -44,7 +44,7 @@ def recognises(head: bytes) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `ingest.Reader.tables`."""
-    refusal, value_bytes = _read_segments(content)
+    refusal, value_byte_count = _read_segments(content)
     with TdmsFile.open(io.BytesIO(content)) as log:
         channels = [channel for group in log.groups() for channel in group.channels()]
         properties = [log.properties]
@@ -52,7 +52,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         properties += [channel.properties for channel in channels]
         _check_claims(channels, properties, content)
         if not refusal:
-            _check_value_bytes(channels, value_bytes)
+            _check_value_byte_count(channels, value_byte_count)
         groups = [
             group for group in log.groups() if any(len(channel) > 0 for channel in group.channels())
         ]
@@ -73,46 +73,47 @@ def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
     """A refusal if the last segment is incomplete, and the number of bytes of values before it."""
     position = 0
     segment_number = 0
-    value_bytes = 0
+    value_byte_count = 0
     while position < len(content):
         segment_number += 1
-        incomplete = Refusal(
+        incomplete_refusal = Refusal(
             "truncated",
             f"the file ends within segment {segment_number}, which was not written to its end",
         )
         lead_in = content[position : position + _LEAD_IN_BYTES]
         if not _TAG.startswith(lead_in[:4]):
             # another tag is damage, which the library reports
-            return None, value_bytes
+            return None, value_byte_count
         if len(lead_in) < _LEAD_IN_BYTES:
-            return incomplete, value_bytes
+            return incomplete_refusal, value_byte_count
         byte_order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
-        segment_bytes, metadata_bytes = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
-        end = position + _LEAD_IN_BYTES + segment_bytes
-        if segment_bytes == _UNKNOWN_END or end > len(content):
-            return incomplete, value_bytes
+        segment_byte_count, metadata_byte_count = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
+        end = position + _LEAD_IN_BYTES + segment_byte_count
+        if segment_byte_count == _UNKNOWN_END or end > len(content):
+            return incomplete_refusal, value_byte_count
         position = end
-        value_bytes += segment_bytes - metadata_bytes
-    return None, value_bytes
+        value_byte_count += segment_byte_count - metadata_byte_count
+    return None, value_byte_count
 
 
-def _check_value_bytes(channels: Sequence[TdmsChannel], value_bytes: int) -> None:
+def _check_value_byte_count(channels: Sequence[TdmsChannel], value_byte_count: int) -> None:
     """Compare the values of the channels with those of the segments.
 
     Raises:
         ValueError: The numbers of bytes differ.
     """
-    bytes_of_channels = 0
+    channel_byte_count = 0
     for channel in channels:
         # channels without data have no type
-        value_size = getattr(channel.data_type, "size", 0)
-        if value_size is None:
+        bytes_per_value = getattr(channel.data_type, "size", 0)
+        if bytes_per_value is None:
             # texts and raw data of DAQmx have no size: nothing can be compared
             return
-        bytes_of_channels += len(channel) * value_size
-    if bytes_of_channels != value_bytes:
+        channel_byte_count += len(channel) * bytes_per_value
+    if channel_byte_count != value_byte_count:
         raise ValueError(
-            f"its channels have {bytes_of_channels} bytes of values, its segments {value_bytes}"
+            f"its channels have {channel_byte_count} bytes of values, its segments "
+            f"{value_byte_count}"
         )
 
 
@@ -126,9 +127,9 @@ def _check_claims(
     Raises:
         ValueError: More values are claimed than the file has bytes, or more than `_MOST_SCALINGS`.
     """
-    claimed_values = sum(len(channel) for channel in channels)
-    if claimed_values > len(content):
-        raise ValueError(f"it claims {claimed_values} values in {len(content)} bytes")
+    claimed_value_count = sum(len(channel) for channel in channels)
+    if claimed_value_count > len(content):
+        raise ValueError(f"it claims {claimed_value_count} values in {len(content)} bytes")
     for properties_of_object in properties_of_objects:
         for name, value in properties_of_object.items():
             is_count = name.startswith("NI_") and name.endswith(("_Size", "_Scales"))
@@ -173,7 +174,7 @@ def _table(
             channel = log[group_name].channels()[column_index]
             if len(channel) != row_count:
                 return np.full(row_count, "", dtype=object)
-            return texts_of(np.asarray(channel[:]))
+            return texts_of_values(np.asarray(channel[:]))
 
     starts_s = _starts_s([channels[column_index].properties for column_index in read_indices])
     clock_of_column: dict[int, Clock] = {}
@@ -181,12 +182,12 @@ def _table(
         if "wf_increment" in channels[column_index].properties:
             interval_s = float(channels[column_index].properties["wf_increment"])
             clock_of_column[column_index] = Clock(start_s, interval_s, "s")
-    keys_of_file, keys_of_group = (
-        {plain_key(name): header_text(value) for name, value in properties.items()}
+    text_of_file_key, keys_of_group = (
+        {plain_key(name): text_of_value(value) for name, value in properties.items()}
         for properties in (file_properties, group.properties)
     )
     return LoggedTable(
-        keys_of_part(keys_of_file, keys_of_group),
+        header_of_part(text_of_file_key, keys_of_group),
         names,
         units,
         read_values,

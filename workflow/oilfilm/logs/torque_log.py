@@ -32,16 +32,16 @@ _QUANTITY_AND_UNIT_OF_PROJECT_NAME = {
 
 
 def _header_problems(
-    keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+    text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
 ) -> HeaderProblems:
-    yield unknown_name_problem("oil", keys, settings.oils)
+    yield unknown_name_problem("oil", text_of_key, settings.oils)
     bearing = torque_section(settings.campaign).bearing
-    logged_bearing = keys.get("bearing", bearing)
+    logged_bearing = text_of_key.get("bearing", bearing)
     if logged_bearing != bearing:
         reason = f"the header says bearing {logged_bearing[:60]!r}; the campaign's is {bearing!r}"
         advice = "Correct the header, or put the log into a campaign of its own."
         yield Refusal("other_bearing", reason, advice)
-    yield simulation_problem(keys, settings)
+    yield simulation_problem(text_of_key, settings)
 
 
 def _make_run(log: UsableLog, settings: Settings) -> LoggedRun:
@@ -51,7 +51,7 @@ def _make_run(log: UsableLog, settings: Settings) -> LoggedRun:
         samples[name] = log.values_of_quantity[quantity]
     bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
-    log = replace(log, keys={**log.keys, "log_kind": "continuous"})
+    log = replace(log, text_of_key={**log.text_of_key, "log_kind": "continuous"})
     return log.logged_run(bearing, samples, set_points={}, refusal=None)
 
 

@@ -81,29 +81,29 @@ _SAMPLE_COLUMN_OF_QUANTITY = {
 
 
 def _header_problems(
-    keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+    text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
 ) -> HeaderProblems:
     """The problems of a header, one after the other. A later check relies on the earlier ones."""
-    yield header.unknown_name_problem("oil", keys, settings.oils)
-    yield header.unknown_name_problem("rig", keys, settings.rigs)
-    yield header.simulation_problem(keys, settings)
-    log_kind = keys.get("log_kind", "continuous")
+    yield header.unknown_name_problem("oil", text_of_key, settings.oils)
+    yield header.unknown_name_problem("rig", text_of_key, settings.rigs)
+    yield header.simulation_problem(text_of_key, settings)
+    log_kind = text_of_key.get("log_kind", "continuous")
     if log_kind not in ("continuous", base.SETTLED_LOG_KIND):
         reason = f"the header says log_kind: {log_kind[:120]!r}; expected continuous or steps"
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
-    yield header.misspelt_key_problem(keys, settings)
+    yield header.misspelt_key_problem(text_of_key, settings)
     for set_point_key in base.SET_POINT_KEYS:
         if (
-            set_point_key in keys
-            and base.parse_set_point(set_point_key, keys[set_point_key]) is None
+            set_point_key in text_of_key
+            and base.parse_set_point(set_point_key, text_of_key[set_point_key]) is None
         ):
             reason = (
-                f"the header says {set_point_key}: {keys[set_point_key][:60]!r}; expected "
-                f"{header.expected_text(set_point_key, keys[set_point_key])}"
+                f"the header says {set_point_key}: {text_of_key[set_point_key][:60]!r}; expected "
+                f"{header.expectation_in_words(set_point_key, text_of_key[set_point_key])}"
             )
             yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
-    yield _missing_rig_values(keys["rig"], columns, settings)
+    yield _missing_rig_values(text_of_key["rig"], columns, settings)
 
 
 def _missing_rig_values(
@@ -133,13 +133,13 @@ def _missing_rig_values(
 
 def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     """The run of a log, its loads as forces and its speeds as surface speeds."""
-    rig_name = log.keys["rig"]
+    rig_name = log.text_of_key["rig"]
     rig = settings.rigs[rig_name]
     semantics = settings.campaign.semantics_for(rig_name)
-    set_points = stated_set_points(log.keys, settings)
+    set_points = stated_set_points(log.text_of_key, settings)
     row_count = len(log.row_numbers)
     values_of_quantity = dict(log.values_of_quantity)
-    if log.keys.get("log_kind") == base.SETTLED_LOG_KIND:
+    if log.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND:
         for quantity, value in _value_of_unneeded_quantity(set_points).items():
             if quantity not in values_of_quantity:
                 values_of_quantity[quantity] = np.full(row_count, value)
@@ -176,7 +176,7 @@ def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     refusal = refusal or _slip_unit_refusal(log, values_of_quantity)
     if contact is not None:
         refusal = refusal or _rig_radius_refusal(values_of_quantity, set_points, contact, rig_name)
-    if log.keys.get("log_kind") != base.SETTLED_LOG_KIND:
+    if log.text_of_key.get("log_kind") != base.SETTLED_LOG_KIND:
         refusal = refusal or _settled_readings_refusal(
             values_of_quantity["time"], ball_m_s, disc_m_s
         )
@@ -277,14 +277,14 @@ def _value_of_unneeded_quantity(set_points: base.SetPoints) -> dict[str, float]:
     return value_of_quantity
 
 
-def _unneeded_quantities(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
+def _unneeded_quantities(text_of_key: Mapping[str, str], settings: Settings) -> frozenset[str]:
     """Quantities for which a log needs no column: of settled readings time and set points."""
-    if keys.get("log_kind") != base.SETTLED_LOG_KIND:
+    if text_of_key.get("log_kind") != base.SETTLED_LOG_KIND:
         return frozenset()
-    return frozenset(_value_of_unneeded_quantity(stated_set_points(keys, settings)))
+    return frozenset(_value_of_unneeded_quantity(stated_set_points(text_of_key, settings)))
 
 
-def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPoints:
+def stated_set_points(text_of_key: Mapping[str, str], settings: Settings) -> base.SetPoints:
     """Set points of a run; those of its header replace those of the campaign file.
 
     The load follows from the pressure where the contact of the rig is known.
@@ -292,8 +292,8 @@ def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPo
     from_header: dict[str, float] = {}
     for set_point_key in base.SET_POINT_KEYS:
         value = (
-            base.parse_set_point(set_point_key, keys[set_point_key])
-            if set_point_key in keys
+            base.parse_set_point(set_point_key, text_of_key[set_point_key])
+            if set_point_key in text_of_key
             else None
         )
         if value is not None:
@@ -304,7 +304,7 @@ def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPo
         include=set(base.SET_POINT_KEYS) - replaced_keys, exclude_none=True
     )
     set_points = from_campaign | from_header
-    rig = settings.rigs.get(keys.get("rig", ""))
+    rig = settings.rigs.get(text_of_key.get("rig", ""))
     contact = rig.contact() if rig else None
     pressure_gpa = set_points.get("max_hertz_pressure_gpa")
     if contact is not None and pressure_gpa is not None and "load_n" not in set_points:

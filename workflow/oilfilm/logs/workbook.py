@@ -23,10 +23,10 @@ from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 # A workbook is a zip archive, which begins with these bytes.
-SIGNATURE = b"PK\x03\x04"
+ZIP_SIGNATURE = b"PK\x03\x04"
 _MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
 _MIB = 1 << 20
-MAX_UNPACKED_BYTES = 64 * _MIB
+MOST_UNPACKED_BYTES = 64 * _MIB
 # Excel's own limit.
 LAST_ROW = 1_048_576
 # Limit on cells. Empty cells before the last cell of a row count: openpyxl creates them.
@@ -46,7 +46,7 @@ _TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
 
 def recognises(head: bytes) -> bool:
     """True for a zip archive with the parts of an Office document."""
-    return head.startswith(SIGNATURE) and any(name in head for name in _MEMBERS_OF_WORKBOOK)
+    return head.startswith(ZIP_SIGNATURE) and any(name in head for name in _MEMBERS_OF_WORKBOOK)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -138,11 +138,11 @@ def _value_and_percent(value: Any, number_format: str) -> tuple[Any, bool]:
     """
     marks = _marks_of_format(number_format)
     if isinstance(value, datetime.datetime) and "d" in marks and "h" not in marks:
-        return day_alone(value), False
+        return date_if_midnight(value), False
     return value, "%" in marks
 
 
-def day_alone(instant: datetime.datetime) -> datetime.datetime | datetime.date:
+def date_if_midnight(instant: datetime.datetime) -> datetime.datetime | datetime.date:
     """An instant at midnight as a date; any other as it is."""
     return instant if instant.time() != datetime.time() else instant.date()
 
@@ -165,8 +165,8 @@ def check_letter_count(letter_count: int) -> None:
         ValueError: They have more than 64 Mi letters. Letters are compared with a limit on bytes,
             because a letter has at least one byte.
     """
-    if letter_count > MAX_UNPACKED_BYTES:
-        raise ValueError(f"its cells hold more than {MAX_UNPACKED_BYTES // _MIB} MiB")
+    if letter_count > MOST_UNPACKED_BYTES:
+        raise ValueError(f"its cells hold more than {MOST_UNPACKED_BYTES // _MIB} MiB")
 
 
 class PercentColumns:
@@ -220,7 +220,9 @@ class PercentColumns:
         columns_to_name = number_columns if has_new_columns else self._number_columns
         for index in reversed(range(len(self._text_rows))):
             texts = self._text_rows[index]
-            if _names_all(texts, columns_to_name) and not is_line_of_units(list(texts.values())):
+            if _names_all_columns(texts, columns_to_name) and not is_line_of_units(
+                list(texts.values())
+            ):
                 return index
         if not has_new_columns or not self._text_rows:
             return None
@@ -248,7 +250,7 @@ def _word_count(texts: Mapping[int, str]) -> int:
     return len({text for text in texts.values() if _HAS_LETTER.search(text)})
 
 
-def _names_all(texts: Mapping[int, str], number_columns: Set[int]) -> bool:
+def _names_all_columns(texts: Mapping[int, str], number_columns: Set[int]) -> bool:
     """Whether a row of texts names all columns of numbers; a note, as `Load 20 N`, has numbers."""
     return (
         number_columns <= texts.keys()
@@ -278,7 +280,7 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: Set[int
             shown_number = 100 * value if index in columns_in_percent else value
             texts.append(f"{shown_number:.12g}")
         else:
-            texts.append(_text(value))
+            texts.append(_cell_text(value))
     return "\t".join(texts).rstrip("\t")
 
 
@@ -289,7 +291,7 @@ def tab_separated_bytes(lines: Sequence[str]) -> bytes:
     return ("\n".join(filled_lines) + "\n").encode()
 
 
-def _text(value: Any) -> str:
+def _cell_text(value: Any) -> str:
     """The text of a value: numbers with all digits, instants by ISO 8601, durations as h:mm:ss."""
     if value is None:
         return ""
@@ -315,10 +317,10 @@ def checked_workbook(content: bytes) -> io.BytesIO:
     """
     archive = zipfile.ZipFile(io.BytesIO(content))
     unpacked_size = sum(member.file_size for member in archive.infolist())
-    if unpacked_size > MAX_UNPACKED_BYTES:
+    if unpacked_size > MOST_UNPACKED_BYTES:
         raise ValueError(
             f"unpacked it has {unpacked_size // _MIB} MiB; expected at most "
-            f"{MAX_UNPACKED_BYTES // _MIB}"
+            f"{MOST_UNPACKED_BYTES // _MIB}"
         )
     cell_count = 0
     for member in archive.infolist():
@@ -347,7 +349,7 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most_cells: 
         elif tag == "c":
             column_letters = attributes.get("r", "").rstrip("0123456789")
             column_number = (
-                _number_of_column(column_letters) if column_letters else filled_column_count + 1
+                _column_number(column_letters) if column_letters else filled_column_count + 1
             )
             cell_count += max(column_number - filled_column_count, 0)
             filled_column_count = max(column_number, filled_column_count)
@@ -375,7 +377,7 @@ def chunks_of(sheet: IO[bytes]) -> Iterator[bytes]:
         chunk = sheet.read(_CHUNK_BYTES)
 
 
-def _number_of_column(letters: str) -> int:
+def _column_number(letters: str) -> int:
     """The number of a column by its letters, from 1.
 
     Examples:

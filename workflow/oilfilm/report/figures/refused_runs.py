@@ -21,7 +21,7 @@ from oilfilm.curation.rig_kind import RigKind, Signals
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.ingest import ingest_logs
-from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
+from oilfilm.logs.run_sheet import NO_SHEET, REMARK_RULES, RunSheet
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, save
 from oilfilm.settings.resolved import Settings
@@ -178,7 +178,7 @@ def _refusals_of_runs_and_logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> 
     # a row without a run, on a file that has runs, does not refuse the file
     concerns_part_of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
     refuses_log = has_no_run & ~concerns_part_of_file
-    is_remark = quarantine["rule"].isin(REMARKS)
+    is_remark = quarantine["rule"].isin(REMARK_RULES)
     refusals = quarantine[(refuses_run | refuses_log) & ~is_remark]
     return refusals.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
 
