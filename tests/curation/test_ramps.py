@@ -12,7 +12,7 @@ from bad_logs import CONFIG, csv
 from campaigns import rig_contact
 from nights import examples
 from oilfilm.curation import ramps
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolved import Settings
@@ -109,26 +109,26 @@ def ramp(
     )
 
 
-def curated(log: bytes, settings: Settings = CONFIG) -> Curated:
-    return check_logs([("ramp.csv", log)], settings)
+def curated(log: bytes, settings: Settings = CONFIG) -> CuratedTables:
+    return curate_logs([("ramp.csv", log)], settings)
 
 
 def with_zero(source: str) -> Settings:
     return CONFIG.with_changes({"campaign": {"semantics": {"zero": source}}})
 
 
-def verdict(judged: Curated) -> tuple[str, str]:
+def verdict(judged: CuratedTables) -> tuple[str, str]:
     (run,) = judged.runs.to_dict("records")
     return str(run["verdict"]), str(run["rule"])
 
 
-def warning_of_lag(judged: Curated) -> str:
+def warning_of_lag(judged: CuratedTables) -> str:
     (warnings,) = judged.runs["warning"]
     (text,) = [text for text in warnings if text.startswith("slip_ramp")]
     return str(text)
 
 
-def check_curve(judged: Curated, relative: float) -> None:
+def check_curve(judged: CuratedTables, relative: float) -> None:
     """Compare the accepted points with the planted curve."""
     points = judged.points[judged.points["accepted"]]
     assert len(points) >= 8

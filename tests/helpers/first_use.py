@@ -18,7 +18,7 @@ from blind_lab.bench import Bench, Recording, draw_bench
 from blind_lab.truth import Oil, draw_machine, draw_oil
 from foreign_logs import CONDITIONS
 from oilfilm.cli import main
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.raw_files import raw_files
 from oilfilm.logs.sheet_file import sheet_of_paths
@@ -255,7 +255,7 @@ def _accepted(project: Path) -> pd.DataFrame:
     raw = project / "data/raw"
     paths = [raw / "june" / name for name in raw_files(raw / "june")]
     sheet = sheet_of_paths(paths, raw, settings, TRACTION)
-    points = check_logs([(str(path), read_bytes(path)) for path in paths], settings, sheet=sheet)
+    points = curate_logs([(str(path), read_bytes(path)) for path in paths], settings, sheet=sheet)
     accepted = points.points[points.points["accepted"]]
     # below that the zero of the force is most of the error
     return accepted[accepted["slide_roll_ratio"] > 0.01]

@@ -9,7 +9,7 @@ import pytest
 import formats
 from bad_logs import CONFIG, PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
 from campaigns import ETM, ROOT, Campaign, carry_logs
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.base import ParsedLog
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
@@ -204,7 +204,7 @@ def test_export_without_a_temperature_is_judged_by_the_other_gates() -> None:
     for set_point, celsius in (None, np.nan), (40.0, 40.0):
         changes = {"campaign": {"set_points": {"inlet_temperature_c": set_point}}}
         settings = PCS_CONFIG.with_changes(changes)
-        verdict = check_logs([("log", pcs(*rows, table=table))], settings)
+        verdict = curate_logs([("log", pcs(*rows, table=table))], settings)
         assert verdict.runs["reason"].tolist() == [""]
         # a set point stands for the column of settled readings
         np.testing.assert_array_equal(verdict.points["inlet_temperature_c"], 8 * [celsius])

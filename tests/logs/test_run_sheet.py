@@ -22,10 +22,10 @@ from bad_logs import CONFIG, KEYS, PCS_ROW, UNITS, csv, good, pcs
 from campaigns import LABORATORY
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.base import SET_POINT_KEYS as NAMED
-from oilfilm.logs.ingest import Ingested, ingest_logs
+from oilfilm.logs.ingest import IngestedLogs, ingest_logs
 from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.raw_files import find_run_sheet, raw_files
 from oilfilm.logs.run_sheet import RunSheet
@@ -54,7 +54,9 @@ def sheet(
     return read_run_sheet(content, Path("runs.csv"), files, settings, log_schema)
 
 
-def ingested(text: str | bytes, logs: Mapping[str, bytes], settings: Settings = CONFIG) -> Ingested:
+def ingested(
+    text: str | bytes, logs: Mapping[str, bytes], settings: Settings = CONFIG
+) -> IngestedLogs:
     return ingest_logs(logs.items(), settings, TRACTION, sheet(text, list(logs), settings))
 
 
@@ -188,7 +190,7 @@ def test_sheet_beats_the_header(given: str, logged: Mapping[str, Any], named: st
 def test_excluded_run_is_listed_with_its_reason_and_keeps_its_rows() -> None:
     text = "file,exclude\na.csv,pump failed\nb.csv,no\n"
     logs = {"a.csv": csv(), "b.csv": csv(inlet_temperature_c=69.9)}
-    verdict = check_logs(logs.items(), CONFIG, sheet=sheet(text, list(logs)))
+    verdict = curate_logs(logs.items(), CONFIG, sheet=sheet(text, list(logs)))
     # b is a copy of a, which is not there for other runs
     assert verdict.runs.set_index("run_id")["verdict"].to_dict() == {
         "a.csv": "refused",
@@ -205,7 +207,7 @@ def test_excluded_run_is_listed_with_its_reason_and_keeps_its_rows() -> None:
 def test_excluded_log_is_listed_as_such_whatever_is_wrong_with_it(log: bytes) -> None:
     text = "file,oil,load_n,exclude\na.csv,water,?,wrong oil filled in"
     logs = {"a.csv": log}
-    verdict = check_logs(logs.items(), CONFIG, sheet=sheet(text))
+    verdict = curate_logs(logs.items(), CONFIG, sheet=sheet(text))
     listed = verdict.quarantine[verdict.quarantine["rule"] == "excluded"]
     assert listed["reason"].str.contains("wrong oil filled in").tolist() == [True]
     assert len(verdict.runs) or "besides" in listed["reason"].iloc[0]
@@ -429,7 +431,7 @@ def test_torque_log_gets_its_oil_from_the_sheet() -> None:
     }
     text = "file;oil;exclude\na.csv;4050;\nb.csv;4050;bearing was noisy\n"
     of_torque = sheet(text, list(logs), CONFIG, TORQUE)
-    curated = check_logs(logs.items(), CONFIG, TorqueRig, of_torque)
+    curated = curate_logs(logs.items(), CONFIG, TorqueRig, of_torque)
     assert curated.runs["oil"].tolist() == ["4050", "4050"]
     assert curated.runs["verdict"].tolist() == ["accepted", "refused"]
     assert curated.quarantine["rule"].tolist() == ["excluded"]

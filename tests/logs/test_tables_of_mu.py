@@ -11,7 +11,7 @@ import pytest
 from bad_logs import CONFIG
 from campaigns import LABORATORY, printed
 from command_line import printed_objects
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.sniff import sniff
 from oilfilm.logs.traction_log import TRACTION
@@ -54,7 +54,7 @@ def table(labels: str = LABELS, without: Sequence[str] = (), **others: Any) -> b
 def test_table_of_mu_gives_points_with_the_mu_that_it_says(
     labels: str, without: Sequence[str], others: Mapping[str, float]
 ) -> None:
-    verdict = check_logs([("log", table(labels, without, **others))], SETTINGS)
+    verdict = curate_logs([("log", table(labels, without, **others))], SETTINGS)
     assert verdict.quarantine.empty
     points = verdict.points
     assert points["accepted"].all()
@@ -65,7 +65,7 @@ def test_table_of_mu_gives_points_with_the_mu_that_it_says(
 
 
 def test_table_that_does_not_say_that_its_rows_are_settled_lacks_the_time() -> None:
-    (refusal,) = check_logs([("log", table("# oil: 4102\n"))], SETTINGS).quarantine["reason"]
+    (refusal,) = curate_logs([("log", table("# oil: 4102\n"))], SETTINGS).quarantine["reason"]
     assert "columns time" in refusal
 
 
@@ -73,7 +73,7 @@ def test_run_sheet_may_say_that_rows_are_settled() -> None:
     sheet = read_run_sheet(
         b"file,oil,log_kind\n*.csv,4102,steps\n", Path("runs.csv"), ["a.csv"], SETTINGS, TRACTION
     )
-    verdict = check_logs([("a.csv", table(""))], SETTINGS, sheet=sheet)
+    verdict = curate_logs([("a.csv", table(""))], SETTINGS, sheet=sheet)
     assert verdict.points["accepted"].tolist() == [True] * len(SLIPS)
 
 

@@ -32,7 +32,7 @@ with run.job(snakemake) as job:
     failed = [tables.empty("points")[["run_id", "failed_gates"]]]
     with tables.writing("points", points_path, job.provenance, tables.ROW_GROUP) as add:
         for part in parts:
-            points = compared.judged(part)
+            points = compared.judge_points(part)
             add(points)
             failed.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
     counted = gate_counts(runs, pd.concat(failed), quarantine)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from oilfilm.base.atomic_write import write_text
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.raw_files import listing_text
@@ -13,7 +13,7 @@ from oilfilm.logs.run_sheet import RunSheet
 with run.job(snakemake) as job:
     folder = f"{job.settings.campaign.name}-torque"
     logs = job.raw_logs(folder)
-    curated = check_logs(
+    curated = curate_logs(
         logs, job.settings, TorqueRig, RunSheet.from_params(snakemake.params.sheet)
     )
     digests = logs.digest_of_path()

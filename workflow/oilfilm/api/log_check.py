@@ -25,7 +25,7 @@ from oilfilm import tables
 from oilfilm.api.folders import config_folder, project_folder
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.text_table import text_table
-from oilfilm.curation.curate import Curated, curate_ingested
+from oilfilm.curation.curate import CuratedTables, curate_ingested
 from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.rig_kind import TORQUE_KIND, TRACTION_KIND, RigKind
@@ -341,7 +341,7 @@ def reports_on_logs_of_kind(
 
 def _reports_and_tables(
     logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
-) -> tuple[list[JsonObject], Curated]:
+) -> tuple[list[JsonObject], CuratedTables]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
     ingested = ingest_logs(logs, settings, rig_class.log_schema, run_sheet)
     curated = curate_ingested(ingested, rig_class(settings))
@@ -376,7 +376,7 @@ def _reports_and_tables(
 def _report_on_run(
     run: Mapping[str, Any],
     log_summary: LogSummary,
-    curated: Curated,
+    curated: CuratedTables,
     settings: Settings,
     rig_class: type[RigKind],
 ) -> JsonObject:

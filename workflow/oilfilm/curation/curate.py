@@ -26,23 +26,23 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, ShapeVerdicts, judged_shapes
+from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, ShapeVerdicts, judge_shapes
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.curation.hypotheses import RULES_WITH_HIDDEN_CAUSE, Hypothesis
-from oilfilm.curation.measure import measure
+from oilfilm.curation.measure import measure_run
 from oilfilm.curation.plateau_gates import (
     controlled_speeds,
     judge_plateaus,
     quarantine_rows,
     refusals_of_unusable_runs,
 )
-from oilfilm.curation.rig_kind import TRACTION_KIND, RigKind, Run
+from oilfilm.curation.rig_kind import TRACTION_KIND, MeasuredRun, RigKind
 from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_refusal, warnings_about
 from oilfilm.curation.statistics import Stretches
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import SETTLED_LOG_KIND, ColumnArrays, Refusal
-from oilfilm.logs.ingest import Ingested, ingest_logs, open_sample_files
+from oilfilm.logs.ingest import IngestedLogs, ingest_logs, open_sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
@@ -55,7 +55,7 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 
 # Last plateaus by whose load, speed and temperature copies are looked up among all runs.
 _LAST_PLATEAUS_LOOKED_UP = 3
-# Probability that a run is taken for a copy in a campaign that has none.
+# Probability that some run is taken for a copy in a campaign without copies.
 _CHANCE_OF_A_FALSE_COPY = 1e-3
 # Column of the points -> key of `full_scale` in the rig's file.
 _FULL_SCALE_KEY_OF_COLUMN = {
@@ -93,8 +93,8 @@ def _repeats(
 ) -> dict[str, _Repeat]:
     """Id of a run -> its refusal, of accepted runs that repeat or contradict others.
 
-    Copies come first.
-    A torque rig may measure a condition again, and so may a campaign that declares repeats.
+    Copies are found first. Repeated conditions are allowed on a torque rig, and in a campaign that
+    accepts them.
 
     Args:
         campaign_tables: The table `points`, of which each rule reads the columns that it compares.
@@ -209,10 +209,10 @@ def _refusals_of_later_runs(
     kept_index: list[int] = []
     for run_index in index_without_conflict:
         for earlier_index in kept_index:
-            apart = differences[earlier_index, run_index]
-            if np.isfinite(apart):
+            difference = differences[earlier_index, run_index]
+            if np.isfinite(difference):
                 kept_id = run_ids[earlier_index]
-                fields = dict(kept=kept_id, apart=apart)
+                fields = dict(kept=kept_id, apart=difference)
                 refusal = refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
                 yield _Repeat(refusal, kept_id)
                 break
@@ -459,7 +459,7 @@ def _curve_of_run(points: pd.DataFrame) -> _Curve:
     )
 
 
-# Id of a run, and a sentence about it.
+# Id of a run, and the sentence of a warning about it.
 RunWarning = tuple[str, str]
 
 
@@ -663,21 +663,27 @@ def _channel_warnings(
 
 
 @dataclass(frozen=True)
-class Curated:
-    """Tables of a campaign or a share of it: plateaus, runs with verdicts, quarantine."""
+class CuratedTables:
+    """Tables of a campaign or of a share of its logs.
+
+    Attributes:
+        points: Table of plateaus, `RigKind.table_name`.
+        runs: Table of runs with their verdicts.
+        quarantine: Table of quarantine.
+    """
 
     points: pd.DataFrame
     runs: pd.DataFrame
     quarantine: pd.DataFrame
 
 
-def check_logs(
+def curate_logs(
     logs: Iterable[tuple[str, bytes]],
     settings: Settings,
     rig_class: type[RigKind] = TractionRig,
     sheet: RunSheet = NO_SHEET,
-) -> Curated:
-    """Ingest and curate logs.
+) -> CuratedTables:
+    """Read logs into samples and curate these.
 
     Args:
         logs: Name and bytes of each log.
@@ -693,7 +699,7 @@ def check_logs(
     )
 
 
-def curate_ingested(ingested: Ingested, rig_kind: RigKind) -> Curated:
+def curate_ingested(ingested: IngestedLogs, rig_kind: RigKind) -> CuratedTables:
     """Curate all logs of a campaign.
 
     Raises:
@@ -716,7 +722,7 @@ def curate_share(
     sheet: RunSheet,
     sample_file_of_oil: Mapping[str, Path],
     provenance: Mapping[str, Any],
-) -> Curated:
+) -> CuratedTables:
     """Read a share of the logs, write its samples and curate them.
 
     The memory needed does not grow with the size of the share.
@@ -737,8 +743,8 @@ def curate_share(
 
 
 def curate_parts(
-    samples_in_parts: Iterable[pd.DataFrame], ingested: Ingested, rig_kind: RigKind
-) -> Curated:
+    samples_in_parts: Iterable[pd.DataFrame], ingested: IngestedLogs, rig_kind: RigKind
+) -> CuratedTables:
     """Curate samples that come in parts, of which one at a time is in memory.
 
     Args:
@@ -751,16 +757,18 @@ def curate_parts(
     """
     runs = ingested.runs
     ids_without_rows = runs["run_id"]
-    curated_parts: list[Curated] = []
+    curated_parts: list[CuratedTables] = []
     for samples_of_runs in samples_in_parts:
         run_ids = samples_of_runs["run_id"].unique()
         ids_without_rows = ids_without_rows[~ids_without_rows.isin(run_ids)]
-        curated_parts.append(curate(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig_kind))
+        curated_parts.append(
+            curate_samples(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig_kind)
+        )
     curated_parts.append(
-        curate(tables.empty("samples"), runs.loc[ids_without_rows.index], rig_kind)
+        curate_samples(tables.empty("samples"), runs.loc[ids_without_rows.index], rig_kind)
     )
     quarantine = [ingested.quarantine, *(curated_part.quarantine for curated_part in curated_parts)]
-    return Curated(
+    return CuratedTables(
         points=pd.concat(
             [curated_part.points for curated_part in curated_parts], ignore_index=True
         ),
@@ -769,8 +777,10 @@ def curate_parts(
     )
 
 
-def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Curated:
+def curate_samples(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> CuratedTables:
     """Plateaus of every run, judged by every gate of the rig.
+
+    No run is compared with another: `compare_runs` does this for a whole campaign.
 
     Args:
         samples: Table of samples, the rows of a run together.
@@ -779,7 +789,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Cura
     """
     samples_of_run = _samples_by_run(samples)
     measured = _measure_runs(samples_of_run, runs, rig_kind)
-    judged = _judge(measured)
+    judged = _judge_plateaus_and_runs(measured)
     explained_refusals: dict[str, Refusal] = {}
     for run_row in tables.rows(judged.runs[judged.runs["rule"].isin(RULES_WITH_HIDDEN_CAUSE)]):
         run_id = run_row["run_id"]
@@ -789,7 +799,9 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Cura
                 explained_refusals[run_id] = explained_refusal
     if not explained_refusals:
         return judged
-    return _judge(replace(measured, refusal_of_run=measured.refusal_of_run | explained_refusals))
+    return _judge_plateaus_and_runs(
+        replace(measured, refusal_of_run=measured.refusal_of_run | explained_refusals)
+    )
 
 
 @dataclass(frozen=True)
@@ -830,7 +842,7 @@ def _measure_runs(
         # the signals of one run at a time are in memory
         run = None
         if run_id in samples_of_run:
-            run = _measured_run(samples_of_run[run_id], run_row, rig_kind)
+            run = _measure_samples(samples_of_run[run_id], run_row, rig_kind)
             plateaus_of_run[run_id] = run.plateaus
         refusal = _refusal_before_plateaus(run_row, run)
         if refusal is not None:
@@ -847,7 +859,9 @@ def _measure_runs(
     return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig_kind)
 
 
-def _measured_run(samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: RigKind) -> Run:
+def _measure_samples(
+    samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: RigKind
+) -> MeasuredRun:
     """A run with its plateaus.
 
     Args:
@@ -855,13 +869,13 @@ def _measured_run(samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: R
         run_row: Its row of the table of runs.
         rig_kind: The kind of rig, with its settings.
     """
-    signals = rig_kind.signals(samples, run_row["rig"], rig_kind.settings)
-    return measure(
+    signals = rig_kind.make_signals(samples, run_row["rig"], rig_kind.settings)
+    return measure_run(
         signals, rig_kind, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED_LOG_KIND
     )
 
 
-def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Refusal | None:
+def _refusal_before_plateaus(run_row: Mapping[str, Any], run: MeasuredRun | None) -> Refusal | None:
     """The refusal of a run while its log was read, or by a gate of runs. None without one.
 
     Args:
@@ -896,10 +910,10 @@ def _explained_refusal(
     hypotheses = [
         hypothesis
         for hypothesis in rig_kind.hypotheses(run_row["rig"])
-        if run_row["rule"] in hypothesis.explains
+        if run_row["rule"] in hypothesis.explained_rules
     ]
     mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changed_settings]
-    passing = _passing(mistakes_of_log, samples, run_row, rig_kind)
+    passing_hypotheses = _passing_hypotheses(mistakes_of_log, samples, run_row, rig_kind)
     for hypothesis in hypotheses:
         # whether settings are plausible does not depend on the number of levels. To count them
         # takes time, because they must be found with the changed settings
@@ -907,14 +921,18 @@ def _explained_refusal(
             changed_rig_kind = type(rig_kind)(
                 rig_kind.settings.with_changes(hypothesis.changed_settings)
             )
-            passing += _passing([hypothesis], samples, run_row, changed_rig_kind)
-    if not passing:
+            passing_hypotheses += _passing_hypotheses(
+                [hypothesis], samples, run_row, changed_rig_kind
+            )
+    if not passing_hypotheses:
         return None
-    best_hypothesis = max(passing, key=lambda candidate: candidate.accepted_count).hypothesis
+    best_hypothesis = max(
+        passing_hypotheses, key=lambda candidate: candidate.accepted_count
+    ).hypothesis
     # several units may be possible: the data do not show which one it is
     sentences = [
         candidate.hypothesis.sentence
-        for candidate in passing
+        for candidate in passing_hypotheses
         if candidate.hypothesis.rule == best_hypothesis.rule
     ]
     reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run_row['reason']}"
@@ -922,7 +940,7 @@ def _explained_refusal(
 
 
 @dataclass(frozen=True)
-class _Corrected(Mapping[str, ColumnArrays]):
+class _CorrectedSamples(Mapping[str, ColumnArrays]):
     """Sentence of a hypothesis -> samples without its mistake, made when they are asked for.
 
     All at once would be as many logs in memory.
@@ -944,19 +962,19 @@ class _Corrected(Mapping[str, ColumnArrays]):
         return sentence in self.hypothesis_of_sentence
 
 
-class _Passing(NamedTuple):
+class _PassingHypothesis(NamedTuple):
     """A hypothesis with which a run passes, and the number of its accepted plateaus then."""
 
     accepted_count: int
     hypothesis: Hypothesis
 
 
-def _passing(
+def _passing_hypotheses(
     hypotheses: Iterable[Hypothesis],
     samples: ColumnArrays,
     run_row: Mapping[str, Any],
     rig_kind: RigKind,
-) -> list[_Passing]:
+) -> list[_PassingHypothesis]:
     """The plausible hypotheses with which most plateaus pass.
 
     Args:
@@ -972,22 +990,22 @@ def _passing(
     runs = pd.DataFrame(
         [{**run_row, "run_id": sentence, "rule": ""} for sentence in hypothesis_of_sentence]
     )
-    judged_runs = _judge(
-        _measure_runs(_Corrected(hypothesis_of_sentence, samples), runs, rig_kind)
+    judged_runs = _judge_plateaus_and_runs(
+        _measure_runs(_CorrectedSamples(hypothesis_of_sentence, samples), runs, rig_kind)
     ).runs
-    passing: list[_Passing] = []
+    passing_hypotheses: list[_PassingHypothesis] = []
     do_most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
     for judged_row in tables.rows(judged_runs[do_most_pass]):
         hypothesis = hypothesis_of_sentence[judged_row["run_id"]]
         if hypothesis.is_plausible(samples, level_count=judged_row["plateaus"]):
-            passing.append(_Passing(judged_row["accepted_points"], hypothesis))
-    return passing
+            passing_hypotheses.append(_PassingHypothesis(judged_row["accepted_points"], hypothesis))
+    return passing_hypotheses
 
 
 def collect(
-    curated: Curated, settings: Settings, rig_class: type[RigKind] = TractionRig
-) -> Curated:
-    """The tables of a campaign, with the verdicts of the rules that compare runs with each other.
+    curated: CuratedTables, settings: Settings, rig_class: type[RigKind] = TractionRig
+) -> CuratedTables:
+    """The tables of a campaign, after its runs have been compared with each other.
 
     Args:
         curated: Tables of all shares, as `curate_parts` gives them.
@@ -998,8 +1016,8 @@ def collect(
         points=curated.points, runs=curated.runs, quarantine=curated.quarantine
     )
     compared = compare_runs(campaign_tables, settings, rig_class)
-    points = compared.judged(curated.points)
-    return Curated(
+    points = compared.judge_points(curated.points)
+    return CuratedTables(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         compared.runs,
         compared.quarantine,
@@ -1022,8 +1040,8 @@ class ComparedRuns:
     refusals: list[Refusal]
     rig_class: type[RigKind]
 
-    def judged(self, points: pd.DataFrame) -> pd.DataFrame:
-        """Points, of which those of runs that this comparison refuses are refused or left out."""
+    def judge_points(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Points. Those of runs that this comparison refuses are refused or left out."""
         return _refuse_plateaus(points, self.refusals, self.rig_class) if self.refusals else points
 
 
@@ -1032,7 +1050,7 @@ def compare_runs(
 ) -> ComparedRuns:
     """Compare the runs of a campaign with each other, without a change to the table of points.
 
-    `ComparedRuns.judged` changes the points. A rule reads only the columns of points that it needs,
+    `ComparedRuns.judge_points` changes the points. A rule reads only the columns that it needs,
     and the shapes of one oil at a time: the table of points of a large campaign does not fit into
     memory.
 
@@ -1077,10 +1095,10 @@ def _refusals_by_comparison(
         ids_to_judge = set(runs.loc[runs["verdict"] == "accepted", "run_id"]) - set(refusal_of_run)
     while ids_to_judge:
         remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
-        shapes = _shapes_of_runs(campaign_tables, remaining_runs, ids_to_judge)
-        shape_warnings += shapes.warnings
-        odd_ids = {refusal.run_id for refusal in shapes.refusals}
-        refusal_of_run |= {refusal.run_id: refusal for refusal in shapes.refusals}
+        shape_verdicts = _shape_verdicts_of_runs(campaign_tables, remaining_runs, ids_to_judge)
+        shape_warnings += shape_verdicts.warnings
+        odd_ids = {refusal.run_id for refusal in shape_verdicts.refusals}
+        refusal_of_run |= {refusal.run_id: refusal for refusal in shape_verdicts.refusals}
         restored_ids = {
             run_id for run_id, repeat in repeat_of_run.items() if repeat.kept_id in odd_ids
         }
@@ -1100,7 +1118,7 @@ def _refusals_by_comparison(
     return list(refusal_of_run.values()), warnings_of_kept_runs
 
 
-def _shapes_of_runs(
+def _shape_verdicts_of_runs(
     campaign_tables: CampaignTables, runs: pd.DataFrame, run_ids: set[str]
 ) -> ShapeVerdicts:
     """The verdicts on the shapes of some runs, each beside all other accepted ones of its oil.
@@ -1112,12 +1130,14 @@ def _shapes_of_runs(
     """
     verdicts = ShapeVerdicts()
     for oil_name in sorted(set(runs.loc[runs["run_id"].isin(run_ids), "oil"])):
-        shapes = judged_shapes(campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs)
+        verdicts_of_oil = judge_shapes(
+            campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
+        )
         verdicts.refusals.extend(
-            refusal for refusal in shapes.refusals if refusal.run_id in run_ids
+            refusal for refusal in verdicts_of_oil.refusals if refusal.run_id in run_ids
         )
         verdicts.warnings.extend(
-            (run_id, sentence) for run_id, sentence in shapes.warnings if run_id in run_ids
+            (run_id, sentence) for run_id, sentence in verdicts_of_oil.warnings if run_id in run_ids
         )
     return verdicts
 
@@ -1137,14 +1157,14 @@ def _with_refused_runs(
     return runs, pd.concat([quarantine, quarantine_rows(refusals, runs, rig_class)])
 
 
-def arrays_of(samples: pd.DataFrame) -> ColumnArrays:
+def arrays_of_samples(samples: pd.DataFrame) -> ColumnArrays:
     """The columns of samples without the id of the run."""
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
 def _samples_by_run(samples: pd.DataFrame) -> dict[str, ColumnArrays]:
     """Id of a run -> its samples; the rows of a run must be together."""
-    arrays = arrays_of(samples)
+    arrays = arrays_of_samples(samples)
     samples_of_run: dict[str, ColumnArrays] = {}
     for run_id, sample_index in samples.groupby("run_id").indices.items():
         start, stop = sample_index[0], sample_index[-1] + 1
@@ -1174,13 +1194,13 @@ def _table_of_plateaus(
         column: np.concatenate([plateaus[column] for plateaus in all_plateaus])
         for column in all_plateaus[0]
     }
-    points = rig_kind.complete(points.assign(**measured_columns))
+    points = rig_kind.with_rig_and_oil_columns(points.assign(**measured_columns))
     # without any load mu is larger than a table may hold
     float_columns = points.select_dtypes("float")
     return points.assign(**float_columns.mask(float_columns.abs() >= tables.LARGEST_NUMBER))
 
 
-def _judge(measured: _MeasuredRuns) -> Curated:
+def _judge_plateaus_and_runs(measured: _MeasuredRuns) -> CuratedTables:
     """Judge plateaus by the gates of plateaus, and runs by their plateaus."""
     points, runs, rig_kind = measured.points, measured.runs, measured.rig_kind
     refusal_of_run = dict(measured.refusal_of_run)
@@ -1195,7 +1215,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     )
     points = _refuse_plateaus(points, list(refusal_of_run.values()), type(rig_kind))
     # If a run is refused because of its plateaus, they all stay in the table, whatever the kind of
-    # rig_kind. Those that pass their own gates get the rule of the run.
+    # rig. Those that pass their own gates get the rule of the run.
     runs_with_accepted_points = set(points.loc[points["accepted"], "run_id"])
     rule_of_run = {
         refusal.run_id: refusal.rule
@@ -1211,7 +1231,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     quarantine = quarantine_rows(
         [*refusals_in_order, *measured.short_level_refusals], runs, type(rig_kind)
     )
-    return Curated(points[tables.columns(rig_kind.table_name)], runs, quarantine)
+    return CuratedTables(points[tables.columns(rig_kind.table_name)], runs, quarantine)
 
 
 def _refuse_plateaus(

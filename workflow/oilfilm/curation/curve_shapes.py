@@ -31,14 +31,14 @@ SHAPE_COLUMNS = [
 _LEAST_SLIDING_SLIP = 0.002
 # Points whose mu has a larger relative standard error do not show the shape.
 _LARGEST_RELATIVE_ERROR = 0.01
-# The others cannot judge a curve where they would not see a change of mu by this factor.
+# The other curves cannot judge a curve if they would not show a change of its mu by this factor.
 _LARGEST_UNSEEN_FACTOR = 2.0
 
 # What holds for any oil at one condition, with a wide margin: traction rises no faster than the
 # slip, falls by heat more slowly than by the square of the slip, and has one peak.
 _STEEPEST_FALL = 2.0
 _MARGIN_FACTOR = 1.25
-# mu of the lower edge of a valley over mu in it.
+# A valley is deeper than noise if mu of its lower edge is this many times mu in it.
 _DEEPEST_VALLEY = 1.15
 # Error of the zero that must not matter, as a traction coefficient. Number of standard errors of a
 # point that noise explains.
@@ -74,7 +74,7 @@ class ShapeVerdicts:
     unjudged_ids: set[str] = field(default_factory=set)
 
 
-def judged_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
+def judge_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
     """The verdicts on the shapes of all accepted runs of a traction rig.
 
     Args:
@@ -159,7 +159,9 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
             verdicts.unjudged_ids.add(run_id)
 
 
-def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: int) -> Refusal:
+def _refusal_of_shape(
+    run_id: str, shape: CurveShape, point: pd.Series, other_curve_count: int
+) -> Refusal:
     """The refusal of a run for its shape, with the point that is farthest off."""
     return refusal_by(
         "odd_shape",
@@ -172,7 +174,7 @@ def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: 
         expected=shape.expected_mu,
         # at this point; `usual_spread` is its median over the curve
         spread=shape.spread,
-        others=others,
+        others=other_curve_count,
         size=shape.oddness,
     )
 
@@ -186,8 +188,8 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
     """
     columns = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
     # where the error of a point is not known, a jump may be noise
-    with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
-    slip, mu, error = with_errors[columns].to_numpy(float).T
+    points_with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
+    slip, mu, error = points_with_errors[columns].to_numpy(float).T
     noise = _ERRORS_OF_NOISE * error
     mask_of_sentence = {
         "rises_too_fast": _rises_too_fast(slip, mu, noise),

@@ -21,7 +21,7 @@ from oilfilm.base.units import BoolArray
 from oilfilm.curation.gate import RULES, Gate, Gates, PlateauJudge, refusal_by, unit_hint
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.zero import DIRECTION
+from oilfilm.curation.zero import DIRECTION_COLUMN
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
@@ -68,7 +68,7 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     """
     speeds = pd.DataFrame(controlled_speeds(points))
     # ball and disc exchange their speeds where the slip changes its direction
-    signed_half_slip = points[DIRECTION] * points["slide_roll_ratio"] / 2
+    signed_half_slip = points[DIRECTION_COLUMN] * points["slide_roll_ratio"] / 2
     mean_speed = points["entrainment_speed_m_s"]
     speeds["one body"] = mean_speed * (1 + signed_half_slip)
     speeds["other body"] = mean_speed * (1 - signed_half_slip)

@@ -29,7 +29,7 @@ import numpy as np
 import scipy
 
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
-from oilfilm.curation.rig_kind import ForceLag, Run, Signals
+from oilfilm.curation.rig_kind import ForceLag, MeasuredRun, Signals
 from oilfilm.curation.statistics import Stretches, mean_with_error, median
 from oilfilm.curation.zero import short_phase_refusal
 from oilfilm.logs.base import Refusal
@@ -60,7 +60,7 @@ _SLIP_SCALE = 0.01
 # Fewer sliding samples show no ramp.
 _FEWEST_SAMPLES = 30
 # Fewer points give no curve of mu.
-FEWEST_POINTS = 5
+FEWEST_RAMP_POINTS = 5
 
 # --- how a ramp is measured
 
@@ -84,7 +84,7 @@ _KNOT_RATIOS = (1.4, 1.7)
 # The first knot is at this slip or above.
 _FIRST_KNOT_SLIP = 0.0015
 # At least so many rows are between two knots.
-_ROWS_PER_KNOT = 4
+_FEWEST_ROWS_PER_KNOT = 4
 # For the distance of knots, the slip of a slow ramp counts as if it had reached its largest value
 # in so many rows.
 _MOST_ROWS_TO_LARGEST_SLIP = 1000
@@ -115,7 +115,7 @@ _SLIPS_OF_COVER = 200
 # of the larger one.
 _LEAST_SHARE_OF_OTHER_DIRECTION = 1 / 2
 # If the lag is beyond this share of its range, it may be longer than the range.
-LARGEST_SHARE_OF_RANGE = 0.95
+LARGEST_SHARE_OF_LAG_RANGE = 0.95
 
 
 @dataclass(frozen=True)
@@ -196,7 +196,7 @@ class _Trial:
 
 
 def is_ramp(
-    run: Run, plateau_settings: PlateauSettings, rolling_slip: float, is_held: BoolArray
+    run: MeasuredRun, plateau_settings: PlateauSettings, rolling_slip: float, is_held: BoolArray
 ) -> bool:
     """Whether the slip of a run changes continuously. False if it is held in levels.
 
@@ -285,7 +285,7 @@ class RampZero:
     refusal: Refusal | None = None
 
 
-def rolling_zero(
+def ramp_zero(
     signals: Signals, zero_source_name: str, window_s: float, zero_settings: ZeroReferenceSettings
 ) -> RampZero:
     """How the zero is found: by rolling at the ends of a ramp, or by both directions of slip.
@@ -349,7 +349,7 @@ def ramp_points(
     signals: Signals,
     lag_range_s: Sequence[float],
     zero_term_count: int,
-    least_slip: float,
+    smallest_slip: float,
     spike_threshold: float,
 ) -> RampPoints | None:
     """Traction coefficients at points of a ramp. None if it resolves too few slips.
@@ -358,10 +358,10 @@ def ramp_points(
         signals: Its samples, rolling included, one after the other.
         lag_range_s: Smallest and largest lag of the force behind the slip.
         zero_term_count: `RampZero.term_count`.
-        least_slip: Smallest slip at which a point is given.
+        smallest_slip: Smallest slip at which a point is given.
         spike_threshold: Threshold of a spike of the force, in robust standard deviations.
     """
-    force_n, is_spike = without_spikes(signals["traction_force_n"], spike_threshold)
+    force_n, is_spike = replace_spikes(signals["traction_force_n"], spike_threshold)
     ramp = _averaged_ramp(signals, force_n)
     shortest_lag_s, longest_lag_s = lag_range_s
     may_show_lag = longest_lag_s > shortest_lag_s and _may_show_its_lag(ramp)
@@ -369,13 +369,13 @@ def ramp_points(
     trials, effective_variance_n2, shows_lag = _weighted_trials(
         ramp, shortest_lag_s, longest_lag_s, zero_term_count, may_show_lag
     )
-    slip_sizes, branch_of_point = _slips_of_points(ramp, trials[0].knots, least_slip)
-    if len(slip_sizes) < FEWEST_POINTS:
+    point_slip_sizes, branch_of_point = _slips_of_points(ramp, trials[0].knots, smallest_slip)
+    if len(point_slip_sizes) < FEWEST_RAMP_POINTS:
         return None
     mu_of_trials, mu_se_of_trials, drift_n_of_trials = [], [], []
     for trial in trials:
         trial_mu, trial_mu_se, trial_drift_n = _curve_of_trial(
-            ramp, trial, zero_term_count, effective_variance_n2, slip_sizes, branch_of_point
+            ramp, trial, zero_term_count, effective_variance_n2, point_slip_sizes, branch_of_point
         )
         mu_of_trials.append(trial_mu)
         mu_se_of_trials.append(trial_mu_se)
@@ -384,7 +384,7 @@ def ramp_points(
     mu, mu_se = _mean_of_trials(np.array(mu_of_trials), np.array(mu_se_of_trials), weights)
     lag_s_of_trials = np.array([trial.lag_s for trial in trials])
     lag_s, lag_se_s = _mean_of_trials(lag_s_of_trials, np.zeros(len(lag_s_of_trials)), weights)
-    starts, stops = _rows_of_points(ramp, slip_sizes, branch_of_point)
+    starts, stops = _rows_of_points(ramp, point_slip_sizes, branch_of_point)
     signs = np.array(
         [np.sign(median(ramp.slip[ramp.branch_of_row == branch])) for branch in branch_of_point]
     )
@@ -393,7 +393,7 @@ def ramp_points(
     stops = stops[has_rows] * ramp.samples_per_row
     stretches = Stretches(starts, stops)
     return RampPoints(
-        slip=(signs * slip_sizes)[has_rows],
+        slip=(signs * point_slip_sizes)[has_rows],
         mu=(signs * mu)[has_rows],
         mu_se=np.hypot(mu_se, _RELATIVE_CURVE_ERROR * mu)[has_rows],
         starts=starts,
@@ -418,7 +418,7 @@ def _mean_of_trials(
     return mean, np.sqrt(weights @ standard_errors**2 + weights @ (values - mean) ** 2)
 
 
-def without_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
+def replace_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
     """A signal with the median of its neighbours in place of spikes, and the mask of spikes.
 
     Args:
@@ -480,16 +480,16 @@ def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _
     force_noise_n = _noise_sd(ramp.force_n)
     if force_noise_n == 0:
         return ramp
-    knots = _knots(ramp, _KNOT_RATIOS[-1])
+    knots = _make_knots(ramp, _KNOT_RATIOS[-1])
     # the slope is that of a first fit, in which all rows have the same weight
     lag_fit = _lag_fit(ramp, knots, longest_lag_s, zero_term_count)
     curve_columns, zero_columns = _design_columns(ramp, knots, zero_term_count)
     logged_curve = _columns_as_logged(curve_columns, lag_fit.x[0], lag_fit.x[1], ramp.interval_s)
     coefficients, _ = _least_squares(np.hstack([logged_curve, zero_columns]), ramp.force_n)
-    size = np.abs(ramp.slip)
+    slip_size = np.abs(ramp.slip)
     slip_step = knots[0] / 10
-    basis_change = _spline_basis(size + slip_step, knots) - _spline_basis(
-        np.maximum(size - slip_step, 0.0), knots
+    basis_change = _spline_basis(slip_size + slip_step, knots) - _spline_basis(
+        np.maximum(slip_size - slip_step, 0.0), knots
     )
     slope_n = (
         ramp.load_n * (basis_change @ coefficients[: curve_columns.shape[1]]) / (2 * slip_step)
@@ -497,14 +497,14 @@ def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _
     return replace(ramp, row_weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
 
 
-def _rows_of_turns(size: FloatArray) -> list[int]:
+def _rows_of_turns(slip_size: FloatArray) -> list[int]:
     """Rows at which the size of the slip turns back, in the order of time."""
-    smallest_return = _TURN_SHARE * size.max()
+    smallest_return = _TURN_SHARE * slip_size.max()
     turns: list[int] = []
     is_rising: bool | None = None
     extreme_row = 0
-    for row, value in enumerate(size.tolist()):
-        change = value - float(size[extreme_row])
+    for row, value in enumerate(slip_size.tolist()):
+        change = value - float(slip_size[extreme_row])
         if is_rising is None:
             if abs(change) > smallest_return:
                 is_rising = change > 0
@@ -518,18 +518,18 @@ def _rows_of_turns(size: FloatArray) -> list[int]:
     return turns
 
 
-def _branch_of_rows(size: FloatArray) -> IndexArray:
+def _branch_of_rows(slip_size: FloatArray) -> IndexArray:
     """The number of the branch, up or down, of each row, shape (rows,).
 
     A branch with too few rows for a curve counts as part of the one before it.
 
     Args:
-        size: Size of the slip, shape (rows,).
+        slip_size: Size of the slip, shape (rows,).
     """
-    branch_of_row = np.zeros(len(size), dtype=np.int64)
+    branch_of_row = np.zeros(len(slip_size), dtype=np.int64)
     branch = 0
-    turns = _rows_of_turns(size)
-    for start, stop in pairwise([*turns, len(size)]):
+    turns = _rows_of_turns(slip_size)
+    for start, stop in pairwise([*turns, len(slip_size)]):
         if stop - start >= _FEWEST_ROWS:
             branch += 1
         branch_of_row[start:] = branch
@@ -538,16 +538,16 @@ def _branch_of_rows(size: FloatArray) -> IndexArray:
 
 def _may_show_its_lag(ramp: _Ramp) -> bool:
     """Whether rising and falling slip both cover so many slips that they may show the lag."""
-    size = np.abs(ramp.slip)
-    slip_grid = np.linspace(0.0, size.max(), _SLIPS_OF_COVER)
+    slip_size = np.abs(ramp.slip)
+    slip_grid = np.linspace(0.0, slip_size.max(), _SLIPS_OF_COVER)
     # whether the slip rises -> mask of the slips that it covers
     is_covered_by_direction = {
         True: np.zeros(_SLIPS_OF_COVER, dtype=bool),
         False: np.zeros(_SLIPS_OF_COVER, dtype=bool),
     }
-    for start, stop in pairwise([0, *_rows_of_turns(size), len(size) - 1]):
-        low, high = sorted((size[start], size[stop]))
-        is_covered_by_direction[bool(size[stop] > size[start])] |= (slip_grid >= low) & (
+    for start, stop in pairwise([0, *_rows_of_turns(slip_size), len(slip_size) - 1]):
+        low, high = sorted((slip_size[start], slip_size[stop]))
+        is_covered_by_direction[bool(slip_size[stop] > slip_size[start])] |= (slip_grid >= low) & (
             slip_grid <= high
         )
     return bool(
@@ -556,12 +556,12 @@ def _may_show_its_lag(ramp: _Ramp) -> bool:
     )
 
 
-def _knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
+def _make_knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
     """Knots of the spline: by a ratio, and so far apart that each has some rows."""
-    size = np.abs(ramp.slip)
-    largest_slip = float(size.max())
-    slip_steps = np.abs(np.diff(size))[size[1:] > _FIRST_KNOT_SLIP]
-    least_distance = _ROWS_PER_KNOT * max(
+    slip_size = np.abs(ramp.slip)
+    largest_slip = float(slip_size.max())
+    slip_steps = np.abs(np.diff(slip_size))[slip_size[1:] > _FIRST_KNOT_SLIP]
+    least_distance = _FEWEST_ROWS_PER_KNOT * max(
         median(slip_steps), largest_slip / _MOST_ROWS_TO_LARGEST_SLIP
     )
     knots = [max(_FIRST_KNOT_SLIP, least_distance)]
@@ -574,11 +574,11 @@ def _knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
     return np.array([*knots, largest_slip])
 
 
-def _spline_basis(size: FloatArray, knots: FloatArray) -> FloatArray:
+def _spline_basis(slip_size: FloatArray, knots: FloatArray) -> FloatArray:
     """Cubic B-splines in the size of the slip that are 0 at zero slip, shape (n, knots + 2)."""
     end_knots = np.full(_SPLINE_DEGREE + 1, knots[-1])
     padded_knots = np.concatenate([np.zeros(_SPLINE_DEGREE + 1), knots[:-1], end_knots])
-    clipped_size = np.clip(size, 0.0, knots[-1])
+    clipped_size = np.clip(slip_size, 0.0, knots[-1])
     splines = scipy.interpolate.BSpline.design_matrix(
         clipped_size, padded_knots, _SPLINE_DEGREE
     ).toarray()
@@ -649,7 +649,7 @@ def _weighted_trials(
         The trials; the variance as by `_variance_for_means`; whether the ramp shows its lag, that
         is, whether the rows narrow it down.
     """
-    knots_by_spacing = [_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
+    knots_by_spacing = [_make_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
     lag_fits = [_lag_fit(ramp, knots, longest_lag_s, zero_term_count) for knots in knots_by_spacing]
     effective_variance_n2 = min(
         _variance_for_means(lag_fit.fun, _parameter_count(knots, zero_term_count))
@@ -784,7 +784,7 @@ def _trials_over_range(
 
 
 def _slips_of_points(
-    ramp: _Ramp, knots: FloatArray, least_slip: float
+    ramp: _Ramp, knots: FloatArray, smallest_slip: float
 ) -> tuple[FloatArray, IndexArray]:
     """Sizes of slip at which points are given, and the branch of each; both of shape (points,).
 
@@ -792,16 +792,16 @@ def _slips_of_points(
     slip to the slip.
     """
     fewest_rows = max(_SMOOTHING_TIME_S / ramp.interval_s, _FEWEST_ROWS_TO_RESOLVE)
-    slip_sizes: list[float] = []
+    point_slip_sizes: list[float] = []
     branches: list[int] = []
     for branch in np.unique(ramp.branch_of_row):
-        size = np.abs(ramp.slip[ramp.branch_of_row == branch])
-        for knot in knots[knots >= least_slip]:
-            is_near = (size > knot / 2) & (size <= knot)
-            if np.count_nonzero(is_near) >= fewest_rows and knot <= size.max():
-                slip_sizes.append(float(knot))
+        slip_size = np.abs(ramp.slip[ramp.branch_of_row == branch])
+        for knot in knots[knots >= smallest_slip]:
+            is_near = (slip_size > knot / 2) & (slip_size <= knot)
+            if np.count_nonzero(is_near) >= fewest_rows and knot <= slip_size.max():
+                point_slip_sizes.append(float(knot))
                 branches.append(int(branch))
-    return np.array(slip_sizes), np.array(branches, dtype=np.int64)
+    return np.array(point_slip_sizes), np.array(branches, dtype=np.int64)
 
 
 def _curve_of_trial(
@@ -809,7 +809,7 @@ def _curve_of_trial(
     trial: _Trial,
     zero_term_count: int,
     effective_variance_n2: float,
-    slip_sizes: FloatArray,
+    point_slip_sizes: FloatArray,
     branch_of_point: IndexArray,
 ) -> tuple[FloatArray, FloatArray, float]:
     """Sizes of mu, their standard errors, both of shape (points,), and the drift of the zero.
@@ -822,7 +822,7 @@ def _curve_of_trial(
         trial: The lag, and the knots of the spline.
         zero_term_count: As for `ramp_points`.
         effective_variance_n2: As by `_variance_for_means`.
-        slip_sizes: Size of the slip of each point, shape (points,).
+        point_slip_sizes: Size of the slip of each point, shape (points,).
         branch_of_point: Index of the branch of each point, shape (points,).
     """
     curve_columns, zero_columns = _design_columns(ramp, trial.knots, zero_term_count)
@@ -852,8 +852,8 @@ def _curve_of_trial(
         weighted_columns, weighted_force_n - weighted_zero @ zero_coefficients
     )
     # at a point only the splines of its own branch count
-    basis_of_points = np.zeros((len(slip_sizes), len(coefficients)))
-    basis = _spline_basis(slip_sizes, trial.knots)
+    basis_of_points = np.zeros((len(point_slip_sizes), len(coefficients)))
+    basis = _spline_basis(point_slip_sizes, trial.knots)
     for branch_index, branch in enumerate(branches):
         is_of_branch = branch_of_point == branch
         splines_of_branch = slice(branch_index * spline_count, (branch_index + 1) * spline_count)
@@ -885,24 +885,24 @@ def _least_squares(columns: FloatArray, row_values: FloatArray) -> tuple[FloatAr
 
 
 def _rows_of_points(
-    ramp: _Ramp, slip_sizes: FloatArray, branch_of_point: IndexArray
+    ramp: _Ramp, point_slip_sizes: FloatArray, branch_of_point: IndexArray
 ) -> tuple[IndexArray, IndexArray]:
     """Start and stop of the rows of each point, both of shape (points,).
 
     The rows of a point are those of its branch whose slip is nearest to that of the point.
     """
-    starts = np.zeros(len(slip_sizes), dtype=np.int64)
-    stops = np.zeros(len(slip_sizes), dtype=np.int64)
+    starts = np.zeros(len(point_slip_sizes), dtype=np.int64)
+    stops = np.zeros(len(point_slip_sizes), dtype=np.int64)
     for branch in np.unique(branch_of_point):
         point_index_of_branch = np.flatnonzero(branch_of_point == branch)
-        slips_of_branch = slip_sizes[point_index_of_branch]
+        slips_of_branch = point_slip_sizes[point_index_of_branch]
         middle_slips = (slips_of_branch[1:] + slips_of_branch[:-1]) / 2
-        size = np.abs(ramp.slip)
+        slip_size = np.abs(ramp.slip)
         # rows of rolling belong to no slip
         rows_of_branch = np.flatnonzero(
-            (ramp.branch_of_row == branch) & (size > slips_of_branch[0] / _KNOT_RATIOS[0])
+            (ramp.branch_of_row == branch) & (slip_size > slips_of_branch[0] / _KNOT_RATIOS[0])
         )
-        nearest_index = np.searchsorted(middle_slips, size[rows_of_branch])
+        nearest_index = np.searchsorted(middle_slips, slip_size[rows_of_branch])
         for index_in_branch, point_index in enumerate(point_index_of_branch):
             nearest_rows = rows_of_branch[nearest_index == index_in_branch]
             if len(nearest_rows):

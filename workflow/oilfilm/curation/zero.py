@@ -16,7 +16,7 @@ import scipy
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import refusal_by
-from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
+from oilfilm.curation.rig_kind import Channel, Division, MeasuredRun, Signals
 from oilfilm.curation.statistics import Stretches, mean_with_error, median
 from oilfilm.logs.base import ColumnArrays, Refusal
 from oilfilm.settings.config import (
@@ -26,8 +26,9 @@ from oilfilm.settings.config import (
     ZeroReferenceSettings,
 )
 
-# Column of plateaus: -1 where slip and force were negative, and `derive` has reversed both; else 1.
-DIRECTION = "direction"
+# Column of plateaus: -1 where slip and force were negative and `derive_plateaus` has reversed both;
+# else 1.
+DIRECTION_COLUMN = "direction"
 # The constants below say how speed and slope of a run are estimated. The limits that judge them are
 # in the configuration.
 # So many rows, whose slips differ by less than half a step, are a signal and no settled readings.
@@ -155,7 +156,7 @@ def moved_zero_refusal(
         return None
     last_phase_name = list(division.phases)[-1]
     last_phase = division.phases[last_phase_name]
-    last_outputs = division.rest_signals[sensor.column][last_phase]
+    last_outputs = division.phase_signals[sensor.column][last_phase]
     rows_of_third = len(last_outputs) // 3
     change = (
         float(np.mean(last_outputs[-rows_of_third:]) - np.mean(last_outputs[:rows_of_third]))
@@ -165,7 +166,7 @@ def moved_zero_refusal(
     fields = {"sensor": sensor, "drift": zero.drift, "allowed": largest_drift}
     # towards the opening zero, by more than the share of a steady drift
     if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
-        row_range = division.rest_signals.row_range(last_phase.start, last_phase.stop - 1)
+        row_range = division.phase_signals.row_range(last_phase.start, last_phase.stop - 1)
         return refusal_by(
             "zero_not_settled",
             phase=last_phase_name,
@@ -256,7 +257,7 @@ def sliding_phase_refusal(
     division: Division, phase_name: str, largest_slip: float
 ) -> Refusal | None:
     """The refusal by a phase whose mean slide-roll ratio is beyond a limit; else None."""
-    slip = float(np.mean(division.rest_signals["slide_roll_ratio"][division.phases[phase_name]]))
+    slip = float(np.mean(division.phase_signals["slide_roll_ratio"][division.phases[phase_name]]))
     if abs(slip) <= largest_slip:
         return None
     return refusal_by(
@@ -281,7 +282,7 @@ def phase_of_curve_refusal(
     plateau_mu = plateaus["traction_coefficient"]
     largest_mu = float(np.nanmax(np.abs(plateau_mu), initial=0.0))
     for phase_name, phase in division.phases.items():
-        phase_slips = division.rest_signals["slide_roll_ratio"][phase]
+        phase_slips = division.phase_signals["slide_roll_ratio"][phase]
         slip, slip_se = mean_with_error(phase_slips)
         # Student's distribution: the error of the mean of few readings is itself uncertain
         tail_probability = scipy.stats.norm.sf(significant_errors)
@@ -305,7 +306,7 @@ def phase_of_curve_refusal(
 
 
 def force_left_refusal(
-    run: Run, curation: CurationSettings, significant_errors: float
+    run: MeasuredRun, curation: CurationSettings, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a force without slip or at standstill, where the rig removes the zero itself.
 
@@ -423,14 +424,14 @@ def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> Bool
     return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_zero_n)
 
 
-def shows_its_zero(run: Run, settings: ZeroReferenceSettings) -> bool:
+def shows_its_zero(run: MeasuredRun, settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
     is_rolling = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
     differences, _ = differences_of_directions(run.plateaus)
     return bool(is_rolling.any() or len(differences) or _reverses_slip(run.signals))
 
 
-def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refusal | None:
+def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) -> Refusal | None:
     """The refusal by a zero that is left in settled readings; None where none is found.
 
     Readings without slip show it, and readings of both directions of slip.
@@ -488,8 +489,8 @@ def differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, Float
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
     has_mu = np.isfinite(slip) & np.isfinite(mu)
-    is_negative = has_mu & (plateaus[DIRECTION] < 0)
-    is_positive = has_mu & (plateaus[DIRECTION] > 0)
+    is_negative = has_mu & (plateaus[DIRECTION_COLUMN] < 0)
+    is_positive = has_mu & (plateaus[DIRECTION_COLUMN] > 0)
     if not is_negative.any() or not is_positive.any():
         return np.empty(0), np.empty(0)
     order_by_slip = np.argsort(slip[is_positive], kind="stable")

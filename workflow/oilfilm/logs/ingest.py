@@ -119,7 +119,7 @@ class LogSummary:
 
 
 @dataclass(frozen=True)
-class Ingested:
+class IngestedLogs:
     """The content of some raw files of a campaign.
 
     Attributes:
@@ -149,7 +149,7 @@ def ingest_logs(
     sheet: RunSheet = NO_SHEET,
     keep_run: Callable[[base.LoggedRun], None] | None = None,
     digest_of_log: Mapping[str, str] | None = None,
-) -> Ingested:
+) -> IngestedLogs:
     """Read raw logs into samples, runs and quarantine.
 
     Args:
@@ -201,7 +201,7 @@ def ingest_logs(
         oil_of_run = {run.run_id: run.oil_name for run in parsed_log.runs}
         quarantine_rows += _quarantine_rows(parsed_log.refusals, file, oil_of_run, settings)
     quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, {}, settings)
-    return Ingested(
+    return IngestedLogs(
         samples_of_oil={
             oil_name: _table_of_samples(runs) for oil_name, runs in runs_of_oil.items()
         },

@@ -11,7 +11,7 @@ from oilfilm.base.units import BoolArray, IndexArray
 from oilfilm.logs import base
 from oilfilm.logs.log_schema import LoggedColumn
 
-# Values of a column in the type of the format, shape (rows,): numbers, instants, durations or texts.
+# Values of a column as its format gives them, shape (rows,): numbers, instants, durations or texts.
 Values = npt.NDArray[Any]
 # Text of each row of a column, shape (rows,).
 Texts = npt.NDArray[np.object_]

@@ -26,8 +26,8 @@ from oilfilm.base.units import BoolArray, FloatArray
 HEAD_BYTES = 1 << 16
 _EMPTY_LINES = re.compile(rb"\n\n+")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
-# UTF-16 has no four zeros in a row. The number is even, because half of a character of UTF-16 beside
-# the block may be zero.
+# UTF-16 has no four zeros in a row. The number is even, because half of a character in UTF-16
+# beside the block may be zero.
 _ZERO_BLOCK = re.compile(rb"(?:\0\0){2,}")
 _UTF8_BOM = b"\xef\xbb\xbf"
 _UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")

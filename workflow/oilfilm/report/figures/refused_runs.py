@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.curate import arrays_of, curate
+from oilfilm.curation.curate import arrays_of_samples, curate_samples
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind, Signals
 from oilfilm.curation.torque_rig import TorqueRig
@@ -79,7 +79,7 @@ def judged_torque_logs(
     """
     ingested = ingest_logs(logs, settings, TorqueRig.log_schema, run_sheet)
     samples = ingested.all_samples()
-    curated = curate(samples, ingested.runs, TorqueRig(settings))
+    curated = curate_samples(samples, ingested.runs, TorqueRig(settings))
     samples_of_run = samples.groupby("run_id").get_group
     return JudgedLogs(TorqueRig, curated.runs, curated.points, quarantine, samples_of_run)
 
@@ -215,7 +215,7 @@ def draw_page(
         settings: Settings of the campaign.
         kind: The kind of rig.
     """
-    signals = kind.signals(arrays_of(samples), run["rig"], settings)
+    signals = kind.make_signals(arrays_of_samples(samples), run["rig"], settings)
     has_times = bool(np.isfinite(signals.time_s).all())
     # readings without a clock are drawn over their rows
     if not has_times:
