@@ -99,9 +99,9 @@ from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for an object of JSON."""
-    return head.startswith(b"{")
+    return first_bytes.startswith(b"{")
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:

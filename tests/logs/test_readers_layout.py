@@ -352,7 +352,7 @@ def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyP
     with pytest.raises(UnreadableLogError, match="16 MiB"):
         unpack(stacked)
     # a large log is no damaged one
-    monkeypatch.setattr(ingest, "LARGEST_LOG", 1 << 20)
+    monkeypatch.setattr(ingest, "LARGEST_LOG_BYTES", 1 << 20)
     with pytest.raises(UnreadableLogError, match="1 MiB") as error:
         unpack(gzip.compress(bad_logs.ROWS * 99))
     assert error.value.refusal.rule == "too_large"
@@ -466,7 +466,7 @@ def test_file_larger_than_any_log_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for module in (ingest, raw_files):
-        monkeypatch.setattr(module, "LARGEST_LOG", 1000)
+        monkeypatch.setattr(module, "LARGEST_LOG_BYTES", 1000)
     log = tmp_path / "log.csv"
     log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
     content = ingest.read_bytes(log)

@@ -27,7 +27,7 @@ from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.base import SET_POINT_KEYS as NAMED
 from oilfilm.logs.ingest import IngestedLogs, ingest_logs
 from oilfilm.logs.log_schema import LogSchema
-from oilfilm.logs.raw_files import find_run_sheet, raw_files
+from oilfilm.logs.raw_files import find_run_sheet, raw_log_names
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.torque_log import TORQUE
@@ -458,7 +458,7 @@ def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
     (tmp_path / "june").mkdir()
     for name in ("a.csv", "Runs.CSV", "june/runs.csv", "~$runs.xlsx"):
         (tmp_path / name).write_text("x")
-    assert raw_files(tmp_path) == ["a.csv", "june/runs.csv"]
+    assert raw_log_names(tmp_path) == ["a.csv", "june/runs.csv"]
     assert find_run_sheet(tmp_path) == tmp_path / "Runs.CSV"
     (tmp_path / "runs.tsv").write_text("x")
     with pytest.raises(OilfilmError, match=r"Runs.CSV and runs.tsv"):

@@ -5,7 +5,7 @@ from hashlib import sha256
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.logs.log_digests import LogDigests
-from oilfilm.logs.raw_files import find_run_sheet, raw_files, logs_by_share
+from oilfilm.logs.raw_files import find_run_sheet, logs_by_share, raw_log_names
 
 # File with the names of the logs when a run began. Its jobs on a cluster start later and read it.
 FOUND_LOGS_FILE = SNAKEMAKE_FOLDER / "oilfilm-logs.json"
@@ -18,7 +18,7 @@ def logs_found():
     folders = [RAW_FOLDER] if CAMPAIGN.torque is None else [RAW_FOLDER, TORQUE_RAW_FOLDER]
     return {
         folder.as_posix(): (
-            simulated_names(folder) if folder in SIMULATED_FOLDERS else raw_files(folder)
+            simulated_names(folder) if folder in SIMULATED_FOLDERS else raw_log_names(folder)
         )
         for folder in folders
     }

@@ -35,7 +35,7 @@ from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import LOAD_KEYS, NO_INTERPRETATION, READING_NOTE, SET_POINT_KEYS
 from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.ingest import LogSummary, ingest_logs, read_bytes
-from oilfilm.logs.raw_files import log_names_and_faults, raw_files
+from oilfilm.logs.raw_files import log_names_and_faults, raw_log_names
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet_of_any_campaign, sheet_of_paths
 from oilfilm.settings.resolve import campaign_names, resolve
@@ -147,7 +147,7 @@ def check(
     files: list[Path] = []
     for path in map(Path, logs):
         if path.is_dir():
-            files += [path / name for name in raw_files(path)]
+            files += [path / name for name in raw_log_names(path)]
         else:
             files.append(path)
     config_option = None if config is None else Path(config)

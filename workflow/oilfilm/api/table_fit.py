@@ -41,7 +41,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import WordVocabulary, label_of, meaning_of
+from oilfilm.logs.meaning import WordVocabulary, label_kind_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -478,7 +478,10 @@ def _index_of_label(
 ) -> int | None:
     """Index of the first free column whose name is that of a label; None if there is none."""
     for index, column_name in enumerate(column_names):
-        if label_of(column_name) == label_column and plain_key(column_name) not in names_in_use:
+        if (
+            label_kind_of(column_name) == label_column
+            and plain_key(column_name) not in names_in_use
+        ):
             return index
     return None
 

@@ -24,7 +24,7 @@ from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.logs.header import split_bracketed_unit
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.meaning import split_unit
-from oilfilm.logs.raw_files import raw_files
+from oilfilm.logs.raw_files import raw_log_names
 from oilfilm.logs.sniff import VOCABULARY
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.messages import first_mistake
@@ -130,7 +130,7 @@ def check_project(folder: Path, campaign_name: str) -> ProjectCheck:
     try:
         settings = resolve(folder / "config", {})
         logs_folder = raw_folder / campaign_name
-        log_paths = [logs_folder / name for name in raw_files(logs_folder)]
+        log_paths = [logs_folder / name for name in raw_log_names(logs_folder)]
         reader_by_path = {str(path): partial(read_bytes, path) for path in log_paths}
         log_reports = reports_on_logs(reader_by_path, settings, raw_folder)
         return ProjectCheck("", log_reports, list(settings.rigs))

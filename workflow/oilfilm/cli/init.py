@@ -30,7 +30,7 @@ from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, find_zero_sou
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.meaning import concepts_in, meaning_of, split_unit
-from oilfilm.logs.raw_files import find_run_sheet, is_run_sheet_of, name_fault, raw_files
+from oilfilm.logs.raw_files import find_run_sheet, is_run_sheet_of, name_fault, raw_log_names
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
@@ -317,7 +317,7 @@ def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]
     for path in paths:
         path_of_log_name: dict[str, Path] = {}
         if path.is_dir():
-            path_of_log_name = {name: path / name for name in raw_files(path)}
+            path_of_log_name = {name: path / name for name in raw_log_names(path)}
             sheet_file = find_run_sheet(path)
             if sheet_file:
                 sheet_files.append(sheet_file)

@@ -38,7 +38,7 @@ _LARGEST_UNSEEN_FACTOR = 2.0
 # slip, falls by heat more slowly than by the square of the slip, and has one peak.
 _STEEPEST_FALL = 2.0
 _MARGIN_FACTOR = 1.25
-# A valley is deeper than noise if mu of its lower edge is this many times mu in it.
+# Ratio of mu at the lower edge of a valley to mu in it. A larger ratio shows two peaks.
 _DEEPEST_VALLEY = 1.15
 # Error of the zero that must not matter, as a traction coefficient. Number of standard errors of a
 # point that noise explains.

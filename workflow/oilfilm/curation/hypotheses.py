@@ -190,12 +190,12 @@ def _setting_hypothesis(
         # the samples are right: the setting is not
         dict,
         _RULES_OF_WRONG_TIME,
-        partial(_shorter_than, longest_run_s),
+        partial(_is_shorter_than, longest_run_s),
         {section: {"plateaus": {key: factor * value}}},
     )
 
 
-def _shorter_than(longest_run_s: float, samples: ColumnArrays, level_count: int) -> bool:
+def _is_shorter_than(longest_run_s: float, samples: ColumnArrays, level_count: int) -> bool:
     """Whether the run is shorter than that."""
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 

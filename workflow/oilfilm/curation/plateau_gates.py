@@ -29,7 +29,8 @@ PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate
 
 
-def _off_nominal(points: pd.DataFrame, column: str, tolerance: float) -> BoolArray:
+def _is_off_nominal(points: pd.DataFrame, column: str, tolerance: float) -> BoolArray:
+    """Mask of the plateaus at which a column is off its set point by more than a share of it."""
     nominal = points[f"nominal_{column}"]
     return exceeds((points[column] - nominal).abs(), tolerance * nominal)
 
@@ -49,7 +50,7 @@ def too_short(points: pd.DataFrame, rig_kind: RigKind) -> BoolArray:
 @gate
 def load_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The load is not the one that was set."""
-    return _off_nominal(points, "load_n", rig_kind.gates.load_tolerance)
+    return _is_off_nominal(points, "load_n", rig_kind.gates.load_tolerance)
 
 
 @gate

@@ -32,7 +32,7 @@ from oilfilm.curation.statistics import (
     without_repeats,
 )
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.zero import DIRECTION_COLUMN, differences_of_directions, shows_its_zero
+from oilfilm.curation.zero import DIRECTION_COLUMN, mu_differences_of_directions, shows_its_zero
 from oilfilm.logs.base import Refusal
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -164,7 +164,7 @@ def stuck_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """A signal that shows noise stops moving for part of the run."""
     for channel in run.rig_kind.channels:
         values = run.turning_signals[channel.column]
-        start, stop = _long_hold(values, run, rig_kind)
+        start, stop = _suspicious_hold(values, run, rig_kind)
         if start == stop:
             continue
         values_outside = np.delete(values, np.s_[start + 1 : stop])
@@ -191,7 +191,7 @@ def _noise_beside_hold(values: FloatArray, start: int, stop: int) -> bool:
     return True
 
 
-def _long_hold(values: FloatArray, run: MeasuredRun, rig_kind: RigKind) -> tuple[int, int]:
+def _suspicious_hold(values: FloatArray, run: MeasuredRun, rig_kind: RigKind) -> tuple[int, int]:
     """The longest stretch of one value, as `longest_hold`; empty where it is not suspicious."""
     if len(values) == 0:
         return 0, 0
@@ -224,7 +224,7 @@ def no_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_min)
 
 
-def _small_traction(run: MeasuredRun, rig_kind: TractionRig, least: float) -> RefusalFields:
+def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float) -> RefusalFields:
     """A median traction coefficient below a limit, with the units that would explain it."""
     median_mu = _median_traction_coefficient(run, rig_kind)
 
@@ -235,7 +235,7 @@ def _small_traction(run: MeasuredRun, rig_kind: TractionRig, least: float) -> Re
             <= rig_kind.gates.traction_max
         )
 
-    if median_mu < least:
+    if median_mu < smallest_mu:
         yield {"size": median_mu, "hint": unit_hint("traction force", is_usual)}
 
 
@@ -341,14 +341,14 @@ def saturated(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
                 len(index_at_extreme) >= rig_kind.stuck_settings.samples
                 and share > rig_kind.gates.saturated_share
                 and not is_stuck
-                and _piled_up(values, extreme, rig_kind.gates.piled_up_factor)
+                and _is_piled_up(values, extreme, rig_kind.gates.piled_up_factor)
                 and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
                 row_range = run.turning_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
                 yield {"channel": channel, "extreme": extreme, "share": share, **row_range}
 
 
-def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
+def _is_piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     """True where an extreme value occurs more than `factor` times as often as the next one.
 
     A sensor at its stop gives one value again and again, with noise on one side only. Values that
@@ -370,7 +370,7 @@ def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     if _is_settled(run):
         return
     values = run.turning_signals[run.rig_kind.sensor.column]
-    start, stop = _long_hold(values, run, rig_kind)
+    start, stop = _suspicious_hold(values, run, rig_kind)
     if start == stop:
         return
     distinct_values = np.unique(values)
@@ -482,7 +482,7 @@ def directions_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     if run.refusal is not None and run.refusal.rule == "zero_left":
         # which names the cause
         return
-    differences, _ = differences_of_directions(run.plateaus)
+    differences, _ = mu_differences_of_directions(run.plateaus)
     median_difference = median(differences)
     if len(differences) >= rig_kind.gates.branch_points and (
         abs(median_difference) > rig_kind.gates.branch_difference_max

@@ -427,7 +427,7 @@ def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> Bool
 def shows_its_zero(run: MeasuredRun, settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
     is_rolling = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
-    differences, _ = differences_of_directions(run.plateaus)
+    differences, _ = mu_differences_of_directions(run.plateaus)
     return bool(is_rolling.any() or len(differences) or _reverses_slip(run.signals))
 
 
@@ -460,7 +460,7 @@ def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) 
             slip=slip[first_beyond],
             allowed=allowed_n[first_beyond],
         )
-    offset_mu = zero_of_directions(run.plateaus)
+    offset_mu = mu_common_to_directions(run.plateaus)
     # a reading without load has no traction coefficient
     has_mu = np.isfinite(mu)
     allowed_mu = median(allowed_zero_n[has_mu] / load_n[has_mu])
@@ -469,16 +469,16 @@ def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) 
     return None
 
 
-def zero_of_directions(plateaus: ColumnArrays) -> float:
+def mu_common_to_directions(plateaus: ColumnArrays) -> float:
     """Traction coefficient that both directions of slip have in common; NaN without shared slips.
 
     It is half the difference of the sizes of mu at equal slips, in the median.
     """
-    differences, _ = differences_of_directions(plateaus)
+    differences, _ = mu_differences_of_directions(plateaus)
     return median(differences) / 2
 
 
-def differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, FloatArray]:
+def mu_differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, FloatArray]:
     """Difference of mu between positive and negative slips of the same size, and mu at the latter.
 
     Only slips that both directions reach are compared. Mu at positive slips is interpolated.

@@ -16,7 +16,7 @@ from oilfilm.logs.logged_table import Clock, LoggedTable, Values
 
 # Clocks that differ by less, in sampling intervals over the whole log, are one clock.
 _SAME_CLOCK = 0.1
-_ADVICE = (
+_CLOCKS_ADVICE = (
     "Check the start times and intervals of the channels, or export them together on one time axis."
 )
 
@@ -244,7 +244,7 @@ def _no_overlap_problem(table: LoggedTable, channels: Mapping[int, _Channel]) ->
         for index, channel in channels.items()
     ]
     reason = f"the channels were not read at the same time: {', '.join(spans_of_channels)}"
-    return base.Refusal("clocks", reason, _ADVICE)
+    return base.Refusal("clocks", reason, _CLOCKS_ADVICE)
 
 
 def _note_on_clocks(

@@ -116,7 +116,7 @@ class _FileContext:
 def _read_run(
     table: LoggedTable, first_row_number: int, parsed_log: base.ParsedLog, context: _FileContext
 ) -> list[tuple[str, ...]]:
-    """Add the run of a table, or why it is refused, to the reading of its file.
+    """Add the run of a table, or why it is refused, to the parsed log of its file.
 
     A run at several set points is added as several runs.
 
@@ -387,7 +387,7 @@ def _refusal_of_run(
 def _run_interpretation(
     table: LoggedTable, metadata: RunMetadata, numbers_of_column: Mapping[LoggedColumn, FloatArray]
 ) -> base.RunInterpretation:
-    """How the columns and the header of a run were understood."""
+    """How the columns and the header of a run were interpreted."""
     indices_read = {column.index for column in numbers_of_column}
     return base.RunInterpretation(
         columns=[column.summary(numbers) for column, numbers in numbers_of_column.items()],

@@ -83,10 +83,10 @@ class _NameLine:
     names: list[str]
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for any text."""
-    head = text_rows.without_zero_blocks(head)
-    text = text_rows.normalised(head).decode("utf-8", "replace")
+    first_bytes = text_rows.without_zero_blocks(first_bytes)
+    text = text_rows.normalised(first_bytes).decode("utf-8", "replace")
     letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
     control_letters = [
         letter for letter in letters if not (letter.isprintable() or letter.isspace())
@@ -553,7 +553,7 @@ def _width_between_blanks(lines: Sequence[str]) -> int:
 
 
 def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
-    """The names of a line in which blanks separate them, in three readings.
+    """The names of a line in which blanks separate them, found in three ways.
 
     Each word is a name; names are separated by two blanks or a tab; words that together are a known
     name are one name.

@@ -33,7 +33,7 @@ from oilfilm.logs import (
 from oilfilm.logs.columns import ROWS_ADVICE, read_tables
 from oilfilm.logs.log_schema import LogSchema, Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
-from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_beginning
+from oilfilm.logs.raw_files import LARGEST_LOG_BYTES, TOO_LITTLE_MEMORY, read_beginning
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -44,7 +44,7 @@ from oilfilm.tables.samples_content import digests_of_runs
 class Reader(Protocol):
     """A module that reads one format."""
 
-    def recognises(self, head: bytes) -> bool:
+    def recognises(self, first_bytes: bytes) -> bool:
         """True where the first bytes of a file look like this format."""
         ...
 
@@ -84,11 +84,11 @@ BINARY_FORMATS = frozenset({"tdms", "parquet", "xlsx", "ods", "mat"})
 
 def recognised_format(content: bytes) -> str | None:
     """The name of the format of a file's bytes; None where no reader recognises them."""
-    head = content[:4096]
-    is_spreadsheet = workbook.recognises(head) or opendocument.recognises(head)
-    if head.startswith(tuple(DESCRIPTION_OF_FIRST_BYTES)) and not is_spreadsheet:
+    first_bytes = content[:4096]
+    is_spreadsheet = workbook.recognises(first_bytes) or opendocument.recognises(first_bytes)
+    if first_bytes.startswith(tuple(DESCRIPTION_OF_FIRST_BYTES)) and not is_spreadsheet:
         return None
-    return next((name for name, reader in READERS.items() if reader.recognises(head)), None)
+    return next((name for name, reader in READERS.items() if reader.recognises(first_bytes)), None)
 
 
 _LONGEST_LABEL = 200
@@ -101,14 +101,14 @@ _CODEC_OF_FIRST_BYTES = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 @dataclass(frozen=True)
 class LogSummary:
-    """How one raw file was understood.
+    """How one raw file was read.
 
     Attributes:
         file: Name of the log.
         format_name: Name of its format; `none` where it is not known.
         dialect: How its text is written.
         row_count: Number of its data rows, good and bad.
-        interpretation_of_run: Id of a run -> how its columns and header were understood.
+        interpretation_of_run: Id of a run -> how its columns and header were interpreted.
     """
 
     file: str
@@ -126,7 +126,7 @@ class IngestedLogs:
         samples_of_oil: Name of an oil -> table of the samples of its runs.
         runs: Table of runs.
         quarantine: Table of quarantine.
-        logs: How each file was understood.
+        logs: How each file was read.
     """
 
     samples_of_oil: dict[str, pd.DataFrame]
@@ -396,7 +396,7 @@ def _row_count_among_zeros(content: bytes, vocabulary: Vocabulary) -> int:
 
 
 def _without_absurd_rows(parsed_log: base.ParsedLog) -> base.ParsedLog:
-    """The reading without rows whose numbers no table may hold, such as a load of 1e6 GPa.
+    """The parsed log without rows whose numbers no table may hold, such as a load of 1e6 GPa.
 
     Readers judge the cells. This function judges the numbers after conversion.
     """
@@ -428,8 +428,10 @@ def unpack(content: bytes) -> bytes:
     Raises:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
-    if len(content) > LARGEST_LOG:
-        raise base.too_large_error(f"the file is larger than {LARGEST_LOG // _BYTES_PER_MIB} MiB")
+    if len(content) > LARGEST_LOG_BYTES:
+        raise base.too_large_error(
+            f"the file is larger than {LARGEST_LOG_BYTES // _BYTES_PER_MIB} MiB"
+        )
     codec = ""
     for first_bytes, codec_name in _CODEC_OF_FIRST_BYTES.items():
         if content.startswith(first_bytes):
@@ -438,7 +440,7 @@ def unpack(content: bytes) -> bytes:
         return content
     # a log of a rig at rest has the same row throughout and is packed to very few bytes
     most_byte_count_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
-    most_byte_count = min(LARGEST_LOG, most_byte_count_by_ratio)
+    most_byte_count = min(LARGEST_LOG_BYTES, most_byte_count_by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
             unpacked = bytes(stream.read(most_byte_count + 1))
@@ -449,7 +451,9 @@ def unpack(content: bytes) -> bytes:
         ) from error
     if len(unpacked) > most_byte_count:
         ratio = (
-            f", its size times {base.MOST_UNPACKED_RATIO}" if most_byte_count < LARGEST_LOG else ""
+            f", its size times {base.MOST_UNPACKED_RATIO}"
+            if most_byte_count < LARGEST_LOG_BYTES
+            else ""
         )
         raise base.too_large_error(
             f"unpacked the file has more than {most_byte_count // _BYTES_PER_MIB} MiB{ratio}"

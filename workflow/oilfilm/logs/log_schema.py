@@ -379,7 +379,7 @@ class UsableLog:
         row_numbers: Row numbers in the log, shape (n,).
         values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
         refusal: Why the run cannot be used; None where it can.
-        interpretation: How its columns and header were understood.
+        interpretation: How its columns and header were interpreted.
     """
 
     run_id: str

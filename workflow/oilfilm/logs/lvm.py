@@ -39,9 +39,9 @@ class _Marks:
     decimal_mark: str
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for text that begins with the title of LVM."""
-    return normalised(head).lstrip(b" \t\n").startswith(_TITLE)
+    return normalised(first_bytes).lstrip(b" \t\n").startswith(_TITLE)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:

@@ -31,18 +31,25 @@ _TAG_BYTES = 8
 _COMPRESSED = 15
 _CHUNK_BYTES = 1 << 20
 # Numbers that are stored in one byte become eight.
-_MOST_UNPACKED = 1 << 26
+_MOST_UNPACKED_BYTES = 1 << 26
 # A small file may always be unpacked to this size.
 _UNSUSPICIOUS_BYTES = 1 << 24
 # Names of the cell array that names the columns of a matrix; MATLAB's `importdata` gives the first.
-_NAMES_OF_COLUMNS = ("colheaders", "names", "column_names", "columnnames", "varnames", "headers")
-_NAMES_OF_UNITS = ("units", "unit")
+_VARIABLES_WITH_COLUMN_NAMES = (
+    "colheaders",
+    "names",
+    "column_names",
+    "columnnames",
+    "varnames",
+    "headers",
+)
+_VARIABLES_WITH_UNITS = ("units", "unit")
 _SAVE_AGAIN = "Save it in MATLAB with save(file, '-v7'), or export it as csv."
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for the title of a MATLAB file of version 5 to 7.3."""
-    return head.startswith((_TITLE, _TITLE_OF_HDF5))
+    return first_bytes.startswith((_TITLE, _TITLE_OF_HDF5))
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -81,7 +88,7 @@ def _check_size(content: bytes) -> None:
     """
     byte_order = "<" if content[126:128] == b"IM" else ">"
     most_byte_count = min(
-        _MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+        _MOST_UNPACKED_BYTES, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
     )
     position = _HEADER_BYTES
     unpacked_byte_count = 0
@@ -169,7 +176,7 @@ def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
     vector_of_name: dict[str, Values] = {}
     for name, value in variables.items():
         is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
-        is_units = plain_key(name) in _NAMES_OF_UNITS and value.dtype == object
+        is_units = plain_key(name) in _VARIABLES_WITH_UNITS and value.dtype == object
         if is_column and value.dtype.names is None and value.size > 1 and not is_units:
             vector_of_name[name] = value.reshape(-1)
     return vector_of_name
@@ -195,7 +202,7 @@ def _units_of_columns(
     Units are those of the columns of the table, of all vectors, or of the vectors of numbers:
     whichever are as many. Where these pair units with different names, no unit is known.
     """
-    units = _names_beside(variables, _NAMES_OF_UNITS)
+    units = _texts_of_variable(variables, _VARIABLES_WITH_UNITS)
     vectors_of_numbers = [
         name for name, vector in vector_of_name.items() if vector.dtype.kind in "iuf"
     ]
@@ -219,17 +226,18 @@ def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:
         and value.dtype.kind in "iuf"
         and min(value.shape) > 1
     ]
-    names = _names_beside(variables, _NAMES_OF_COLUMNS)
+    names = _texts_of_variable(variables, _VARIABLES_WITH_COLUMN_NAMES)
     fitting_matrices = [matrix for matrix in matrices if matrix.shape[1] == len(names)]
     if len(fitting_matrices) != 1 or len(set(names)) < len(names):
         return {}
     return {name: fitting_matrices[0][:, index] for index, name in enumerate(names)}
 
 
-def _names_beside(variables: Mapping[str, Any], names: Sequence[str]) -> list[str]:
+def _texts_of_variable(variables: Mapping[str, Any], variable_names: Sequence[str]) -> list[str]:
     """The texts of the first variable with one of some names; empty without one."""
     for name, value in variables.items():
-        if plain_key(name) in names and isinstance(value, np.ndarray) and value.dtype == object:
+        is_named_so = plain_key(name) in variable_names
+        if is_named_so and isinstance(value, np.ndarray) and value.dtype == object:
             return [_text(cell) for cell in value.reshape(-1)]
     return []
 

@@ -192,7 +192,7 @@ def _has_part(word: str, word_part: str) -> bool:
     return word.startswith(letters) if word_part.endswith("-") else word.endswith(letters)
 
 
-def label_of(name: str) -> str:
+def label_kind_of(name: str) -> str:
     """`oil` or `curve` where the name of a column of text says so; else empty."""
     concepts = concepts_in(name)
     if concepts & {"temperature", "time", "speed", "pressure", "friction"}:

@@ -9,7 +9,6 @@ Source: OASIS, OpenDocument 1.3, part 3, 9 (tables) and 19.385 (types of values)
 import io
 import zipfile
 from datetime import datetime
-from typing import Any
 from xml.parsers import expat
 
 import pandas as pd
@@ -21,6 +20,7 @@ from oilfilm.logs.workbook import (
     MOST_CELLS,
     MOST_UNPACKED_BYTES,
     PercentColumns,
+    ValueAndPercent,
     check_letter_count,
     chunks_of,
     date_if_midnight,
@@ -38,9 +38,9 @@ _CELL_TAGS = (_TABLE_NAMESPACE + "table-cell", _TABLE_NAMESPACE + "covered-table
 _MIB = 1 << 20
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for a zip archive that states that it is an OpenDocument spreadsheet."""
-    return head.startswith(b"PK\x03\x04") and _MEDIA_TYPE in head[:200]
+    return first_bytes.startswith(b"PK\x03\x04") and _MEDIA_TYPE in first_bytes[:200]
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -105,7 +105,7 @@ class _SheetParser:
         self._lines: list[str] = []
         self._percent_columns = PercentColumns()
         # value of each cell of a row, and whether it is shown in percent
-        self._cells_of_row: list[tuple[Any, bool]] = []
+        self._cells_of_row: list[ValueAndPercent] = []
         self._row_repeats = 1
         self._cell_repeats = 1
         self._cell_attributes: dict[str, str] = {}

@@ -16,16 +16,16 @@ from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
 # Largest size of a column of text that may name the run of a row.
-_LARGEST_TEXTS = 1 << 26
+_MOST_TEXT_BYTES = 1 << 26
 # Key of the metadata in tables that oilfilm writes.
 _OILFILM_KEY = b"oilfilm"
 _PANDAS_ATTRIBUTES_KEY = b"PANDAS_ATTRS"
 _TECHNICAL_KEYS = {b"pandas", b"ARROW:schema", _PANDAS_ATTRIBUTES_KEY}
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for the first bytes of a Parquet file, encrypted or not."""
-    return head.startswith((b"PAR1", b"PARE"))
+    return first_bytes.startswith((b"PAR1", b"PARE"))
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -68,7 +68,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     def read_texts(column_index: int) -> Texts:
         name = schema.names[column_index]
         is_text = arrow.types.is_string(schema.types[column_index])
-        if _unpacked_byte_count(log.metadata, name) > _LARGEST_TEXTS or not (
+        if _unpacked_byte_count(log.metadata, name) > _MOST_TEXT_BYTES or not (
             is_text or _holds_numbers(schema.types[column_index])
         ):
             return np.full(row_count, "", dtype=object)

@@ -71,9 +71,9 @@ class _Step:
     row_lines: list[str] = field(default_factory=list)
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True where the first lines have a PCS step, or the title of a PCS file above no table."""
-    text = head.decode("utf-8-sig", "replace")
+    text = first_bytes.decode("utf-8-sig", "replace")
     lines = text.splitlines()[:_LINES_SEARCHED]
     return any(_STEP.match(line) for line in lines) or _has_title(lines)
 

@@ -16,7 +16,7 @@ from oilfilm.base.errors import OilfilmError
 # Names of the run sheet, in small letters or capitals. It is in the campaign's folder itself.
 _RUN_SHEET_NAMES = ("runs.csv", "runs.tsv", "runs.xlsx", "runs.ods")
 # Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
-LARGEST_LOG = 1 << 28
+LARGEST_LOG_BYTES = 1 << 28
 TOO_LITTLE_MEMORY = (
     "the memory does not suffice to read it. Give the program more memory, or end other programs."
 )
@@ -33,7 +33,7 @@ _UNFIT_CHARACTER = re.compile(
 )
 
 
-def raw_files(folder: Path) -> list[str]:
+def raw_log_names(folder: Path) -> list[str]:
     """Names of all logs of a campaign, sorted: their paths below its raw folder.
 
     Hidden files, README files and the run sheet are not logs.
@@ -168,7 +168,7 @@ def read_beginning(file: BinaryIO) -> bytes:
     """The bytes of a file; of a file that is too large, one byte more than the largest log."""
     # a read of some size takes so much memory at once, however small the file is
     size = os.fstat(file.fileno()).st_size
-    return file.read(min(size, LARGEST_LOG) + 1)
+    return file.read(min(size, LARGEST_LOG_BYTES) + 1)
 
 
 @dataclass(frozen=True)

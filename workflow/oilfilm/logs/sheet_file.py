@@ -231,7 +231,7 @@ def read_run_sheet(
 
 
 def is_run_sheet_of_any_campaign(path: Path, raw_folder: Path) -> bool:
-    """Whether a file is the run sheet of some campaign, below the folder `data/raw_folder`."""
+    """Whether a file is the run sheet of some campaign, below the folder `data/raw`."""
     # not `resolve`: it raises for a link to itself
     file = Path(os.path.realpath(path))
     return file.parent.parent == raw_folder.resolve() and is_run_sheet_of(file, file.parent)
@@ -246,7 +246,7 @@ def sheet_of_paths(
 
     Args:
         paths: The logs, in any folder.
-        raw_folder: The parent of the campaigns' folders, `data/raw_folder`.
+        raw_folder: The parent of the campaigns' folders, `data/raw`.
         settings: Settings of the campaign by which the logs are judged.
         log_schema: What logs of this kind of rig may hold.
 

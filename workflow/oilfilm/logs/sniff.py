@@ -263,7 +263,7 @@ def _schema_without_demands(
     unneeded_quantities: Set[str],
     collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
 ) -> LogSchema:
-    """A kind of log that reads what is there, without demands on header and columns."""
+    """A schema that reads what is there, without demands on header and columns."""
 
     def columns_of_campaign(campaign: Campaign) -> ListedColumns:
         return listed_columns
@@ -624,7 +624,7 @@ class Findings:
         if not labels:
             return {"my-oil": []}
         return _texts_by_key(
-            (_oil_id(label) or f"oil-{number}", label)
+            (_new_oil_id(label) or f"oil-{number}", label)
             for number, label in enumerate(labels, start=1)
         )
 
@@ -721,7 +721,7 @@ def _is_unused(name: str, log: SniffedLog) -> bool:
     return name not in candidate_names and VOCABULARY.quantity_and_unit(name) is None
 
 
-def _oil_id(label: str) -> str:
+def _new_oil_id(label: str) -> str:
     """The shipped oil that is a word of a label, else the label as an id."""
     words = re.findall(r"\w+", plain_key(label).replace("_", " "))
     id_of_shipped_name = shipped_names("oils")

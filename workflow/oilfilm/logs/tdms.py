@@ -37,9 +37,9 @@ _EARLIEST_START = np.datetime64("1970-01-01")
 log_manager.set_level(logging.ERROR)
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True where the file begins with the tag of a segment."""
-    return head.startswith(_TAG)
+    return first_bytes.startswith(_TAG)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -50,7 +50,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         properties = [log.properties]
         properties += [group.properties for group in log.groups()]
         properties += [channel.properties for channel in channels]
-        _check_claims(channels, properties, content)
+        _check_claimed_sizes(channels, properties, content)
         if not refusal:
             _check_value_byte_count(channels, value_byte_count)
         groups = [
@@ -117,7 +117,7 @@ def _check_value_byte_count(channels: Sequence[TdmsChannel], value_byte_count: i
         )
 
 
-def _check_claims(
+def _check_claimed_sizes(
     channels: Sequence[TdmsChannel],
     properties_of_objects: Sequence[Mapping[str, Any]],
     content: bytes,
@@ -176,7 +176,9 @@ def _table(
                 return np.full(row_count, "", dtype=object)
             return texts_of_values(np.asarray(channel[:]))
 
-    starts_s = _starts_s([channels[column_index].properties for column_index in read_indices])
+    starts_s = _start_s_of_channels(
+        [channels[column_index].properties for column_index in read_indices]
+    )
     clock_of_column: dict[int, Clock] = {}
     for column_index, start_s in zip(read_indices, starts_s, strict=True):
         if "wf_increment" in channels[column_index].properties:
@@ -199,7 +201,7 @@ def _table(
     )
 
 
-def _starts_s(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
+def _start_s_of_channels(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
     """Start of each channel after that of the first one, in s: by its start time and offset.
 
     Start times count only where all channels have one; LabVIEW writes an unknown one as of 1904.

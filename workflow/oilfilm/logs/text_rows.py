@@ -113,9 +113,9 @@ def _detected_encoding(content: bytes) -> str:
     return best_match.encoding if best_match else ""
 
 
-def without_zero_blocks(head: bytes) -> bytes:
+def without_zero_blocks(first_bytes: bytes) -> bytes:
     """The first bytes of a file without blocks of zeros, which a full disk or a logger leaves."""
-    return _ZERO_BLOCK.sub(b"", head)
+    return _ZERO_BLOCK.sub(b"", first_bytes)
 
 
 def normalised(content: bytes, encoding: str | None = None) -> bytes:

@@ -22,6 +22,8 @@ from oilfilm.logs.likely_names import is_line_of_units
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
+# Value of a cell, and whether the sheet shows it in percent.
+ValueAndPercent = tuple[Any, bool]
 # A workbook is a zip archive, which begins with these bytes.
 ZIP_SIGNATURE = b"PK\x03\x04"
 _MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
@@ -44,9 +46,11 @@ _NUMBER_ALONE = re.compile(r"(?<!\S)\d+([.,]\d+)?(?!\S)")
 _TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for a zip archive with the parts of an Office document."""
-    return head.startswith(ZIP_SIGNATURE) and any(name in head for name in _MEMBERS_OF_WORKBOOK)
+    return first_bytes.startswith(ZIP_SIGNATURE) and any(
+        name in first_bytes for name in _MEMBERS_OF_WORKBOOK
+    )
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -131,7 +135,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     return texts
 
 
-def _value_and_percent(value: Any, number_format: str) -> tuple[Any, bool]:
+def _value_and_percent(value: Any, number_format: str) -> ValueAndPercent:
     """The value of a cell, and whether the sheet shows it in percent.
 
     A day that is shown without hours is a date alone: the time of day is in another column.
@@ -187,7 +191,7 @@ class PercentColumns:
         # texts by column, of the rows of texts since the last row of numbers
         self._text_rows: list[Mapping[int, str]] = []
 
-    def add_row(self, cells: Sequence[tuple[Any, bool]]) -> None:
+    def add_row(self, cells: Sequence[ValueAndPercent]) -> None:
         """Add the next row: the value of each cell, and whether the sheet shows it in percent."""
         number_columns = {
             index
@@ -264,7 +268,7 @@ def _is_number(value: Any, is_in_percent: bool) -> bool:
     return value is not None and not isinstance(value, str) and (value != 1 or is_in_percent)
 
 
-def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: Set[int]) -> str:
+def line_of_cells(cells: Sequence[ValueAndPercent], columns_in_percent: Set[int]) -> str:
     """The texts of a row up to its last filled cell, with tabs between them.
 
     A number that the sheet shows as 5 % is 0.05 in its cell. It becomes 5 in a column whose
