@@ -277,7 +277,7 @@ def _findings_and_other_files(
         sniff(log_name, read_bytes(path), source_of_zero)
         for log_name, path in path_by_log_name.items()
     ]
-    findings = Findings([log for log in sniffed_files if log.is_log])
+    findings = Findings([log for log in sniffed_files if log.may_be_log])
     _refuse_sliding_rigs(sniffed_files, path_by_log_name)
     if not findings.logs_with_columns:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed_files)
@@ -286,7 +286,7 @@ def _findings_and_other_files(
             f"{problems}\n`oilfilm fit` takes a table of traction coefficients. data/raw/README.md "
             "of oilfilm says what logs need."
         )
-    return findings, [log for log in sniffed_files if not log.is_log]
+    return findings, [log for log in sniffed_files if not log.may_be_log]
 
 
 def _refuse_sliding_rigs(

@@ -53,7 +53,7 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 
 # ---------------------------------------------------------------- repeats
 
-# Last plateaus by whose load, speed and temperature copies are looked up among all runs.
+# Number of last plateaus by whose load, speed and temperature copies are looked up among all runs.
 _LAST_PLATEAUS_LOOKED_UP = 3
 # Probability that some run is taken for a copy in a campaign without copies.
 _CHANCE_OF_A_FALSE_COPY = 1e-3
@@ -177,19 +177,19 @@ def _refusals_of_same_conditions(
                 if len(contradicting_index) < len(other_index):
                     kept_index.append(run_index)
                     continue
-            more = (
+            more_in_words = (
                 f" (and {len(contradicting_index) - 1} more)"
                 if len(contradicting_index) > 1
                 else ""
             )
-            agree = ""
+            agreement_in_words = ""
             if has_several_others:
-                agree = f"; the others agree within {largest_difference_of_others:.1%}"
+                agreement_in_words = f"; the others agree within {largest_difference_of_others:.1%}"
             fields = dict(
                 other_id=run_ids[contradicting_index[0]],
-                apart=differences[run_index, contradicting_index[0]],
-                more=more,
-                agree=agree,
+                difference=differences[run_index, contradicting_index[0]],
+                more=more_in_words,
+                agree=agreement_in_words,
                 allowed=min(odd_limit, allowed_difference),
             )
             yield _Repeat(refusal_by("conflicting_condition", run_id=run_id, **fields))
@@ -212,7 +212,7 @@ def _refusals_of_later_runs(
             difference = differences[earlier_index, run_index]
             if np.isfinite(difference):
                 kept_id = run_ids[earlier_index]
-                fields = dict(kept=kept_id, apart=difference)
+                fields = dict(kept=kept_id, difference=difference)
                 refusal = refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
                 yield _Repeat(refusal, kept_id)
                 break
@@ -553,7 +553,9 @@ def _rig_warnings(
             for run_id, largest_reading in largest_readings_of_column[
                 exceeds(largest_readings_of_column, full_scale)
             ].items():
-                fields = dict(column=column, of=largest_reading, full=full_scale, key=key)
+                fields = dict(
+                    column=column, largest=largest_reading, full_scale=full_scale, key=key
+                )
                 yield str(run_id), f"{sentence_named('full_scale', **fields)}; {advice}"
 
 

@@ -153,8 +153,10 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
                 verdicts.warnings.append((run_id, f"unusual_shape: {refusal.reason}"))
         # `smallest_visible_change` is a change of ln mu at a typical point
         elif np.exp(shape.smallest_visible_change) > _LARGEST_UNSEEN_FACTOR:
-            seen = np.expm1(shape.smallest_visible_change)
-            sentence = sentence_named("shape_not_judged", seen=seen, spread=shape.usual_spread)
+            smallest_visible = np.expm1(shape.smallest_visible_change)
+            sentence = sentence_named(
+                "shape_not_judged", smallest_visible=smallest_visible, spread=shape.usual_spread
+            )
             verdicts.warnings.append((run_id, sentence))
             verdicts.unjudged_ids.add(run_id)
 
@@ -175,7 +177,7 @@ def _refusal_of_shape(
         # at this point; `usual_spread` is its median over the curve
         spread=shape.spread,
         others=other_curve_count,
-        size=shape.oddness,
+        oddness=shape.oddness,
     )
 
 
@@ -204,8 +206,8 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
             fields = {
                 "slip": slip[point_index],
                 "mu": mu[point_index],
-                "at": slip[index_before],
-                "before": mu[index_before],
+                "slip_before": slip[index_before],
+                "mu_before": mu[index_before],
             }
             yield run_id, sentence_named(sentence_name, **fields)
             return

@@ -186,22 +186,26 @@ def find_steps(
         min_step: Smallest step, in the unit of the signal.
         settings: `window_s` and `noise_factor` of config's plateaus.
     """
-    window = max(round(settings.window_s / interval_s), 2)
-    if len(signal) < 2 * window:
+    window_samples = max(round(settings.window_s / interval_s), 2)
+    if len(signal) < 2 * window_samples:
         return np.array([], dtype=np.int64)
     running_sum = np.concatenate([[0.0], np.cumsum(signal)])
-    sums = running_sum[window:] - running_sum[:-window]
+    window_sums = running_sum[window_samples:] - running_sum[:-window_samples]
     # the first difference is at the first sample with a full window before it
-    change = np.abs(sums[window:] - sums[:-window]) / window
+    mean_change = (
+        np.abs(window_sums[window_samples:] - window_sums[:-window_samples]) / window_samples
+    )
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(signal))) / np.sqrt(2)
-    limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
+    limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window_samples))
     # noise may give two peaks within a window for one step: the higher one counts, or the first of
     # equals
-    highest_around = pd.Series(change).rolling(2 * window + 1, center=True, min_periods=1).max()
-    is_peak = reaches(change, highest_around.to_numpy())
-    peak_index = np.flatnonzero(is_peak & exceeds(change, limit))
-    distance_to_last_peak = np.diff(peak_index, prepend=-window - 1)
-    return window + peak_index[distance_to_last_peak > window]
+    highest_around = (
+        pd.Series(mean_change).rolling(2 * window_samples + 1, center=True, min_periods=1).max()
+    )
+    is_peak = reaches(mean_change, highest_around.to_numpy())
+    peak_index = np.flatnonzero(is_peak & exceeds(mean_change, limit))
+    distance_to_last_peak = np.diff(peak_index, prepend=-window_samples - 1)
+    return window_samples + peak_index[distance_to_last_peak > window_samples]
 
 
 def settled_parts(

@@ -472,7 +472,7 @@ def _refusal_of_run(
         return refusal_by(
             "no_point_left",
             count=is_informative.sum(),
-            which="" if is_informative.all() else " that slide",
+            that_slide="" if is_informative.all() else " that slide",
             counts=_gate_counts_in_words(failed_by_gate[is_informative]),
         )
     is_blamed = judgements["blamed"]

@@ -43,14 +43,14 @@ _LARGEST_HELD_SHARE = 1 / 4
 _SHARE_CALLED_MOST = 0.8
 # A ramp makes most of its path in at least this share of the time: a straight ramp in 0.8, a sine
 # in 0.59. Steps need less than 0.3.
-_LEAST_TIME_OF_PATH = 0.4
+_LEAST_TIME_SHARE_OF_PATH = 0.4
 # Largest path of the slip over the path from turn to turn. Noise of a slow body makes it larger.
 _LARGEST_PATH_RATIO = 1.3
 # Changes of the slip are taken over this time.
 _CHANGE_TIME_S = 0.2
 # A ramp has most of the squares of its changes in at least this share of the time: noise in 0.4, a
 # sine in 0.5. Steps that are too small to be found as levels have them in less than 0.15.
-_LEAST_TIME_OF_SQUARES = 0.25
+_LEAST_TIME_SHARE_OF_SQUARES = 0.25
 # A single fall to rolling makes at most this share of the changes.
 _SHARE_OF_A_FALL = 0.02
 # The path is counted from the means of so many windows.
@@ -106,11 +106,11 @@ _MOST_EVALUATIONS = 30
 # The force may be read before the slip of its row, by at most so many rows.
 _EARLIEST_LAG_ROWS = 0.5
 # A spike is compared with the median of so many samples.
-_SAMPLES_OF_MEDIAN = 9
+_MEDIAN_FILTER_SAMPLES = 9
 # Rising and falling slip may show the lag if both cover at least this share of the slips.
 _LEAST_COVERED_SHARE = 1 / 2
 # The share is counted at so many slips.
-_SLIPS_OF_COVER = 200
+_COVER_SLIP_COUNT = 200
 # Both directions of slip show the zero if the smaller of their largest slips is at least this share
 # of the larger one.
 _LEAST_SHARE_OF_OTHER_DIRECTION = 1 / 2
@@ -149,7 +149,7 @@ class _Ramp:
     """The rows of a ramp, averaged where there are many, each array of shape (rows,).
 
     Attributes:
-        time: Time from 0 to 1.
+        relative_time: Time from 0 at the first row to 1 at the last.
         interval_s: Time between rows.
         slip: Slide-roll ratio, smoothed.
         slip_noise: Standard deviation of its noise.
@@ -162,7 +162,7 @@ class _Ramp:
         samples_per_row: Samples that are averaged to a row.
     """
 
-    time: FloatArray
+    relative_time: FloatArray
     interval_s: float
     slip: FloatArray
     slip_noise: float
@@ -217,14 +217,17 @@ def is_ramp(
         return False
     sliding_slip = slip[sliding_index[0] : sliding_index[-1] + 1]
     slip_scales = (sliding_slip, np.arcsinh(sliding_slip / _SLIP_SCALE))
-    if max(_time_share_of_path(scaled_slip) for scaled_slip in slip_scales) < _LEAST_TIME_OF_PATH:
+    if (
+        max(_time_share_of_path(scaled_slip) for scaled_slip in slip_scales)
+        < _LEAST_TIME_SHARE_OF_PATH
+    ):
         return False
     if not _goes_from_turn_to_turn(sliding_slip):
         return False
     samples_per_change = max(round(_CHANGE_TIME_S / run.signals.interval_s), 1)
     return (
         max(_time_share_of_squares(scaled_slip, samples_per_change) for scaled_slip in slip_scales)
-        >= _LEAST_TIME_OF_SQUARES
+        >= _LEAST_TIME_SHARE_OF_SQUARES
     )
 
 
@@ -426,7 +429,7 @@ def replace_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, Bo
         threshold: Distance from that median beyond which a sample is a spike, in standard
             deviations of the noise.
     """
-    median_signal = scipy.ndimage.median_filter(signal, _SAMPLES_OF_MEDIAN, mode="nearest")
+    median_signal = scipy.ndimage.median_filter(signal, _MEDIAN_FILTER_SAMPLES, mode="nearest")
     # a signal without noise has no spikes
     limit = threshold * _noise_sd(signal) or np.inf
     is_spike = np.abs(signal - median_signal) > limit
@@ -454,7 +457,7 @@ def _averaged_ramp(signals: Signals, force_n: FloatArray) -> _Ramp:
         np.abs(slip - smooth_slip) > _CORNER_ERRORS * slip_noise, slip, smooth_slip
     )
     return _Ramp(
-        time=np.linspace(0.0, 1.0, len(slip)),
+        relative_time=np.linspace(0.0, 1.0, len(slip)),
         interval_s=interval_s,
         slip=smooth_slip,
         slip_noise=slip_noise * float(np.sqrt(np.sum(parabola_weights**2))),
@@ -539,11 +542,11 @@ def _branch_of_rows(slip_size: FloatArray) -> IndexArray:
 def _may_show_its_lag(ramp: _Ramp) -> bool:
     """Whether rising and falling slip both cover so many slips that they may show the lag."""
     slip_size = np.abs(ramp.slip)
-    slip_grid = np.linspace(0.0, slip_size.max(), _SLIPS_OF_COVER)
+    slip_grid = np.linspace(0.0, slip_size.max(), _COVER_SLIP_COUNT)
     # whether the slip rises -> mask of the slips that it covers
     is_covered_by_direction = {
-        True: np.zeros(_SLIPS_OF_COVER, dtype=bool),
-        False: np.zeros(_SLIPS_OF_COVER, dtype=bool),
+        True: np.zeros(_COVER_SLIP_COUNT, dtype=bool),
+        False: np.zeros(_COVER_SLIP_COUNT, dtype=bool),
     }
     for start, stop in pairwise([0, *_rows_of_turns(slip_size), len(slip_size) - 1]):
         low, high = sorted((slip_size[start], slip_size[stop]))
@@ -625,7 +628,7 @@ def _design_columns(
     """Columns of the curve without lag, shape (rows, splines), and of the zero, (rows, terms)."""
     signed_load_n = np.sign(ramp.slip) * ramp.load_n
     curve_columns = signed_load_n[:, np.newaxis] * _spline_basis(np.abs(ramp.slip), knots)
-    zero_columns = np.vander(ramp.time, zero_term_count, increasing=True)
+    zero_columns = np.vander(ramp.relative_time, zero_term_count, increasing=True)
     return curve_columns, zero_columns
 
 
@@ -698,8 +701,11 @@ def _lag_fit(
         coefficients, _ = _least_squares(weighted_columns, weighted_force_n)
         return np.asarray(weighted_force_n - weighted_columns @ coefficients)
 
-    early_s = _EARLIEST_LAG_ROWS * ramp.interval_s
-    bounds = ([0.0, -early_s], [max(longest_lag_s, early_s), max(longest_lag_s, early_s)])
+    largest_lead_s = _EARLIEST_LAG_ROWS * ramp.interval_s
+    bounds = (
+        [0.0, -largest_lead_s],
+        [max(longest_lag_s, largest_lead_s), max(longest_lag_s, largest_lead_s)],
+    )
     start_points = [
         (share * longest_lag_s / 4, (1 - share) * longest_lag_s / 4) for share in _FILTER_SHARES
     ]

@@ -81,8 +81,8 @@ def time_disorder(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
         first_index = index_not_increasing[0]
         yield {
             "rows": len(index_not_increasing),
-            "before": time_s[first_index],
-            "after": time_s[first_index + 1],
+            "time_before": time_s[first_index],
+            "time_after": time_s[first_index + 1],
             **run.signals.row_range(first_index, first_index + 1),
         }
 
@@ -236,7 +236,7 @@ def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float)
         )
 
     if median_mu < smallest_mu:
-        yield {"size": median_mu, "hint": unit_hint("traction force", is_usual)}
+        yield {"median_mu": median_mu, "hint": unit_hint("traction force", is_usual)}
 
 
 @gate
@@ -250,7 +250,7 @@ def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalField
         rig_kind.zero_settings.max_drift_n * rig_kind.gates.significant_errors / load_n
     )
     if median_mu - explained_by_zero > rig_kind.gates.traction_max:
-        yield {"size": median_mu, "reason": run.refusal.reason}
+        yield {"median_mu": median_mu, "reason": run.refusal.reason}
 
 
 @gate
@@ -541,7 +541,11 @@ def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
         else:
             sentence_name = "lag_stated"
         template = RULES["sentences"][sentence_name]
-        yield {"how": template.format(lag=lag.lag_s, error=lag.lag_se_s, low=low_s, high=high_s)}
+        yield {
+            "lag_in_words": template.format(
+                lag=lag.lag_s, error=lag.lag_se_s, low=low_s, high=high_s
+            )
+        }
 
 
 @WARNINGS.gate

@@ -78,7 +78,7 @@ _RELATIVE_CALIBRATION = {
     "entrainment_speed_systematic_m_s": ("entrainment_speed_m_s", "speed_relative"),
 }
 # Name of a source of the zero -> the phases of pure rolling that it needs.
-_ROLLING_PHASES = {
+_ROLLING_PHASES_OF_ZERO_SOURCE = {
     "rolling_phases": ("opening", "closing"),
     "opening_phase": ("opening",),
     "already_removed": (),
@@ -214,7 +214,10 @@ class TractionRig(RigKind):
             starts,
             stops,
             phase_signals=usable_signals,
-            phases={name: rolling_phases[name] for name in _ROLLING_PHASES[zero_source_name]},
+            phases={
+                name: rolling_phases[name]
+                for name in _ROLLING_PHASES_OF_ZERO_SOURCE[zero_source_name]
+            },
             rest_in_words="pure rolling",
             # the slices of `phases` are parts of levels of slip
             are_phases_in_levels=True,
@@ -343,7 +346,7 @@ class TractionRig(RigKind):
                 "lag_matters",
                 error=median_error,
                 allowed=largest_error,
-                why=explanation,
+                explanation=explanation,
             )
         return None
 

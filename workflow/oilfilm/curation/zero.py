@@ -306,28 +306,28 @@ def phase_of_curve_refusal(
 
 
 def force_left_refusal(
-    run: MeasuredRun, curation: CurationSettings, significant_errors: float
+    run: MeasuredRun, settings: CurationSettings, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a force without slip or at standstill, where the rig removes the zero itself.
 
     Args:
         run: The run.
-        curation: `zero_reference`, `plateaus` and `spikes`.
+        settings: `zero_reference`, `plateaus` and `spikes`.
         significant_errors: Standard errors beyond which a difference is significant.
     """
     plateaus = run.plateaus
-    allowed_n = curation.zero_reference.max_drift_n
-    min_duration_s = curation.zero_reference.min_duration_s
+    allowed_n = settings.zero_reference.max_drift_n
+    min_duration_s = settings.zero_reference.min_duration_s
     phases = {
         f"in the {phase_name} phase of standstill": phase
-        for phase_name, phase in phases_at_standstill(run.signals, curation).items()
+        for phase_name, phase in phases_at_standstill(run.signals, settings).items()
         if short_phase_refusal(run.signals, phase, phase_name, min_duration_s) is None
     }
-    threshold = curation.spikes.threshold
+    threshold = settings.spikes.threshold
     zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
     # where the slip is noisy, one that is not significant may still have traction
-    is_rolling = slip <= curation.zero_reference.max_slide_roll_ratio
+    is_rolling = slip <= settings.zero_reference.max_slide_roll_ratio
     is_rolling &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
@@ -340,7 +340,7 @@ def force_left_refusal(
 def force_in_rolling_refusal(
     signals: Signals,
     phases: Mapping[str, slice],
-    curation: CurationSettings,
+    settings: CurationSettings,
     significant_errors: float,
 ) -> Refusal | None:
     """The refusal by a force in pure rolling, where the rig removes the zero itself.
@@ -348,16 +348,16 @@ def force_in_rolling_refusal(
     Args:
         signals: The run.
         phases: Name of a phase of pure rolling -> its samples; short ones are not judged.
-        curation: `zero_reference` and `spikes`.
+        settings: `zero_reference` and `spikes`.
         significant_errors: As for `force_left_refusal`.
     """
-    limits = curation.zero_reference
+    limits = settings.zero_reference
     judged_phases = {
         f"in the {phase_name} phase of pure rolling": phase
         for phase_name, phase in phases.items()
         if short_phase_refusal(signals, phase, phase_name, limits.min_duration_s) is None
     }
-    zero = zero_reference(signals, "traction_force_n", judged_phases, curation.spikes.threshold)
+    zero = zero_reference(signals, "traction_force_n", judged_phases, settings.spikes.threshold)
     tolerances_n = significant_errors * zero.output_se
     return _first_force_refusal(zero.output, tolerances_n, list(judged_phases), limits.max_drift_n)
 

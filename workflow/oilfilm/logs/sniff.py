@@ -133,7 +133,7 @@ class SniffedRun:
             columns do not show it, None where no source is suitable.
         unit_of_quantity: Quantity -> its unit in the run.
         log_kind: Kind of log in the header.
-        is_slow: Whether the steps of the time are too long to be seconds.
+        is_too_slow_for_seconds: Whether the steps of the time are too long to be seconds.
     """
 
     name_in_file: str = ""
@@ -146,7 +146,7 @@ class SniffedRun:
     zero_source: str | None = ""
     unit_of_quantity: Mapping[str, str] = field(default_factory=dict)
     log_kind: str = ""
-    is_slow: bool = False
+    is_too_slow_for_seconds: bool = False
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ class SniffedLog:
         names: Names of all columns.
         problem: Why the log cannot be read; empty where it can.
         runs: Its runs.
-        is_log: Whether the file may be a log, be it a damaged one.
+        may_be_log: Whether the file may be a log, be it a damaged one.
     """
 
     file: str
@@ -176,7 +176,7 @@ class SniffedLog:
     names: Sequence[str]
     problem: str
     runs: Sequence[SniffedRun]
-    is_log: bool
+    may_be_log: bool
 
 
 @cache
@@ -254,7 +254,7 @@ def sniff(file: str, content: bytes, find_zero_source: ZeroSourceFinder) -> Snif
         names=list(dict.fromkeys(name for name, _ in names_and_units if name)),
         problem="" if runs else first_refusal.reason,
         runs=runs,
-        is_log=not is_no_log,
+        may_be_log=not is_no_log,
     )
 
 
@@ -379,7 +379,7 @@ def _sniffed_run(
         zero_source=find_zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
         unit_of_quantity=log.unit_of_quantity,
         log_kind=log_kind,
-        is_slow=not is_settled and step_s > _LONGEST_INTERVAL_S,
+        is_too_slow_for_seconds=not is_settled and step_s > _LONGEST_INTERVAL_S,
     )
 
 
@@ -605,7 +605,11 @@ class Findings:
         if len(units) > 1:
             return "", True
         unit = units.pop()
-        if not unit and quantity == "time" and not any(run.is_slow for run in self.runs):
+        if (
+            not unit
+            and quantity == "time"
+            and not any(run.is_too_slow_for_seconds for run in self.runs)
+        ):
             unit = "s"
         return unit, unit == ""
 

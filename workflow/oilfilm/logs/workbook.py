@@ -385,7 +385,7 @@ def _column_number(letters: str) -> int:
     """The number of a column by its letters, from 1.
 
     Examples:
-        >>> [_number_of_column(letters) for letters in ("A", "Z", "AA", "XFD")]
+        >>> [_column_number(letters) for letters in ("A", "Z", "AA", "XFD")]
         [1, 26, 27, 16384]
     """
     number = 0
