@@ -134,7 +134,7 @@ WRITERS = {"jsonl": jsonl, """
 GATE = '''@gate
 def too_long(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """A level is held for so long that the oil may change."""
-    return points["duration_s"] > rig_kind.gates.duration_max_s
+    return points["duration_s"] > rig_kind.gate_limits.duration_max_s
 
 
 '''

@@ -151,8 +151,8 @@ def _refusals_of_same_conditions(
     more runs, one may be odd at a smaller difference. It is odd if the others agree far better with
     each other than with it. Runs without a common slip are not compared, and all of them are kept.
     """
-    gates = settings.gates
-    allowed_difference = gates.repeat_difference_max
+    gate_limits = settings.gates
+    allowed_difference = gate_limits.repeat_difference_max
     for run_ids, differences in _differences_by_condition(campaign_tables, runs, settings):
         kept_index: list[int] = []
         largest_differences_of_others = _largest_difference_of_others(differences)
@@ -169,7 +169,8 @@ def _refusals_of_same_conditions(
             odd_limit = allowed_difference
             if has_several_others:
                 odd_limit = max(
-                    gates.repeat_odd_min, gates.repeat_odd_factor * largest_difference_of_others
+                    gate_limits.repeat_odd_min,
+                    gate_limits.repeat_odd_factor * largest_difference_of_others,
                 )
             contradicting_index = other_index[differences_to_others > allowed_difference]
             if len(contradicting_index) <= len(other_index) / 2:
@@ -574,14 +575,14 @@ def _oil_warnings(oil_name_of_run: "pd.Series[str]", settings: Settings) -> Iter
 
 
 def _speed_warnings(
-    read_points: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gates: GateSettings
+    read_points: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gate_limits: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about runs in which a rig holds the speed of one body.
 
     Args:
         read_points: Gives the points of accepted runs, some of them at a time. It is called twice.
         runs: Accepted runs, by their ids.
-        gates: `speed_tolerance`.
+        gate_limits: `speed_tolerance`.
     """
     set_speed_of_run = runs["nominal_entrainment_speed_m_s"]
     ids_of_runs_off: set[str] = set()
@@ -589,7 +590,7 @@ def _speed_warnings(
         points = part[part["accepted"]]
         set_speed_of_points = set_speed_of_run.reindex(points["run_id"]).to_numpy()
         deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
-        is_off = exceeds(deviation, gates.speed_tolerance * set_speed_of_points)
+        is_off = exceeds(deviation, gate_limits.speed_tolerance * set_speed_of_points)
         ids_of_runs_off |= set(points.loc[is_off, "run_id"])
     if not ids_of_runs_off:
         return
@@ -603,7 +604,9 @@ def _speed_warnings(
             for name, speed in controlled_speeds(points_of_run).items()
         }
         speed_name = min(largest_deviation_by_name, key=largest_deviation_by_name.__getitem__)
-        if exceeds(largest_deviation_by_name[speed_name], gates.speed_tolerance * set_speed_m_s):
+        if exceeds(
+            largest_deviation_by_name[speed_name], gate_limits.speed_tolerance * set_speed_m_s
+        ):
             # which body is faster changes with the direction of slip, which points do not have
             speed_name = "speed of one body, in both directions of slip,"
         fields = dict(
@@ -616,14 +619,14 @@ def _speed_warnings(
 
 
 def _channel_warnings(
-    points_in_parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gates: GateSettings
+    points_in_parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gate_limits: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about a channel that is one number in all plateaus, and moves in most other runs.
 
     Args:
         points_in_parts: Points of accepted runs, some of them at a time.
         runs: Accepted runs, by their ids.
-        gates: `constant_channel_plateaus` and `constant_channel_runs`.
+        gate_limits: `constant_channel_plateaus` and `constant_channel_runs`.
     """
     channel_name_of_column = {"load_n": "load", "inlet_temperature_c": "inlet temperature"}
     ranges_of_parts = pd.concat(
@@ -644,7 +647,7 @@ def _channel_warnings(
         )
         # a run without this channel has no range
         judged_ranges = ranges[
-            (ranges["size"] >= gates.constant_channel_plateaus) & ranges["min"].notna()
+            (ranges["size"] >= gate_limits.constant_channel_plateaus) & ranges["min"].notna()
         ]
         is_constant = pd.Series(
             reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index
@@ -653,7 +656,7 @@ def _channel_warnings(
         for _, is_constant_of_rig in is_constant.groupby(rig_name_of_run):
             run_count = len(is_constant_of_rig)
             moving_count = (~is_constant_of_rig).sum()
-            if run_count < gates.constant_channel_runs or is_constant_of_rig.mean() >= 1 / 2:
+            if run_count < gate_limits.constant_channel_runs or is_constant_of_rig.mean() >= 1 / 2:
                 continue
             fields = dict(name=channel_name, others=moving_count, runs=run_count)
             for run_id in is_constant_of_rig.index[is_constant_of_rig]:

@@ -118,7 +118,7 @@ class Gate(Generic[Judge]):
 
     def sentence(self, rig_kind: RigKind, **fields: Any) -> str:
         """The sentence about a refusal, with the limits of the rig and the values of its fields."""
-        return self.finds.format(rig_kind=rig_kind, gates=rig_kind.gates, **fields)
+        return self.finds.format(rig_kind=rig_kind, gates=rig_kind.gate_limits, **fields)
 
 
 class Gates(list[Gate[Judge]]):

@@ -54,7 +54,7 @@ def measure_run(
         zero_of_plateau = zero.zero_at(averages["time_s"])
         zero_of_plateau_se = zero.standard_error_at(averages["time_s"])
         refusal = moved_zero_refusal(
-            zero, division, rig_kind.sensor, rig_kind.zero_drift_max, rig_kind.gates
+            zero, division, rig_kind.sensor, rig_kind.zero_drift_max, rig_kind.gate_limits
         )
     plateaus = rig_kind.derive_plateaus(averages, zero_of_plateau, zero_of_plateau_se)
     turning_signals = usable_signals.select(division.turning_selection)

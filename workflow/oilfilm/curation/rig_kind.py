@@ -196,7 +196,7 @@ class RigKind(Protocol):
         keeps_refused_runs: Whether the table has the plateaus of refused runs.
         shown_signals: Signals on the page of a refused run -> their labels.
         settings: Settings of the run.
-        gates: Limits of its gates.
+        gate_limits: Limits of its gates.
         plateau_settings: Settings by which its levels are found.
         zero_settings: Settings of the phases at rest.
         zero_drift_max: Largest allowed change of the zero, in the sensor's unit.
@@ -217,7 +217,7 @@ class RigKind(Protocol):
     keeps_refused_runs: bool
     shown_signals: Mapping[str, str]
     settings: Settings
-    gates: SignalGateSettings
+    gate_limits: SignalGateSettings
     plateau_settings: StepSettings
     zero_settings: ZeroReferenceSettings | TareSettings
     zero_drift_max: float

@@ -93,7 +93,7 @@ def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     row_numbers = run.signals.row_numbers
     row_steps = np.diff(row_numbers)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest_step = rig_kind.gates.clock_jump_intervals * median(row_steps)
+    longest_step = rig_kind.gate_limits.clock_jump_intervals * median(row_steps)
     # a single row has no steps: the limit is NaN, and the comparison is false
     if row_steps.max(initial=0) > longest_step:
         hole_index = int(np.argmax(row_steps))
@@ -108,7 +108,7 @@ def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 def clock_jump(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The clock jumps ahead."""
     gaps_s = np.diff(run.signals.time_s)
-    allowed_s = rig_kind.gates.clock_jump_intervals * run.signals.interval_s
+    allowed_s = rig_kind.gate_limits.clock_jump_intervals * run.signals.interval_s
     # settled readings without time have gaps of NaN, which exceed nothing
     if exceeds(gaps_s.max(initial=0), allowed_s):
         longest_gap_index = int(np.argmax(gaps_s))
@@ -148,7 +148,7 @@ def held_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     )
     rows_held = rows_per_reading(run.signals[run.rig_kind.sensor.column])
     hold_s = rows_held * run.signals.interval_s
-    fewest_readings = rig_kind.gates.readings_min
+    fewest_readings = rig_kind.gate_limits.readings_min
     if rows_held > 1 and exceeds(fewest_readings * hold_s, plateau_s):
         yield {
             "rows": rows_held,
@@ -206,7 +206,7 @@ def _suspicious_hold(values: FloatArray, run: MeasuredRun, rig_kind: RigKind) ->
 
 def _is_sliding(run: MeasuredRun, rig_kind: TractionRig) -> BoolArray:
     """The plateaus at which the sign and the size of the traction can be judged."""
-    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig_kind.gates.sign_slip_min)
+    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig_kind.gate_limits.sign_slip_min)
 
 
 def _median_traction_coefficient(run: MeasuredRun, rig_kind: TractionRig) -> float:
@@ -221,7 +221,7 @@ def _median_traction_coefficient(run: MeasuredRun, rig_kind: TractionRig) -> flo
 @gate
 def no_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_min)
+    yield from _small_traction(run, rig_kind, rig_kind.gate_limits.sliding_traction_min)
 
 
 def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float) -> RefusalFields:
@@ -230,9 +230,9 @@ def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float)
 
     def is_usual(unit_n: float) -> bool:
         return (
-            rig_kind.gates.sliding_traction_usual
+            rig_kind.gate_limits.sliding_traction_usual
             <= median_mu * unit_n
-            <= rig_kind.gates.traction_max
+            <= rig_kind.gate_limits.traction_max
         )
 
     if median_mu < smallest_mu:
@@ -247,9 +247,9 @@ def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalField
     median_mu = _median_traction_coefficient(run, rig_kind)
     load_n = median(run.plateaus["load_n"])
     explained_by_zero = (
-        rig_kind.zero_settings.max_drift_n * rig_kind.gates.significant_errors / load_n
+        rig_kind.zero_settings.max_drift_n * rig_kind.gate_limits.significant_errors / load_n
     )
-    if median_mu - explained_by_zero > rig_kind.gates.traction_max:
+    if median_mu - explained_by_zero > rig_kind.gate_limits.traction_max:
         yield {"median_mu": median_mu, "reason": run.refusal.reason}
 
 
@@ -259,7 +259,7 @@ def swapped_sign(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
     along_slip_n = along_slip_n[_is_sliding(run, rig_kind)]
     median_n = median(along_slip_n)
-    if median_n < 0 and (along_slip_n < 0).mean() >= rig_kind.gates.sign_share:
+    if median_n < 0 and (along_slip_n < 0).mean() >= rig_kind.gate_limits.sign_share:
         yield {"median": median_n}
 
 
@@ -270,13 +270,14 @@ def sign_changes(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     slip = plateaus["slide_roll_ratio"]
     force_n = plateaus["traction_force_n"]
     error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    is_significant = np.abs(force_n) > rig_kind.gates.significant_errors * error_n
+    is_significant = np.abs(force_n) > rig_kind.gate_limits.significant_errors * error_n
     is_judged = _is_sliding(run, rig_kind) & is_significant
     is_against = is_judged & (force_n * slip < 0)
     judged_count = is_judged.sum()
     against_count = is_against.sum()
     fewest_plateaus = max(
-        rig_kind.gates.faulty_plateaus_min, (1 - rig_kind.gates.sign_share) * judged_count
+        rig_kind.gate_limits.faulty_plateaus_min,
+        (1 - rig_kind.gate_limits.sign_share) * judged_count,
     )
     # so many plateaus must have either sign
     if reaches(against_count, fewest_plateaus) and reaches(
@@ -307,7 +308,7 @@ def _branches_in_direction(
     is_judged &= slip > rig_kind.zero_settings.max_slide_roll_ratio
     slip = slip[is_judged]
     mu = mu[is_judged]
-    fewest_plateaus = rig_kind.gates.branch_points
+    fewest_plateaus = rig_kind.gate_limits.branch_points
     slices_of_branches = [slice(None)]
     if len(slip) >= 2 * fewest_plateaus:
         extreme_index = np.array([np.argmax(slip), np.argmin(slip)])
@@ -339,9 +340,9 @@ def saturated(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
             is_stuck = np.count_nonzero(is_at_extreme) == rows_from_first_to_end
             if (
                 len(index_at_extreme) >= rig_kind.stuck_settings.samples
-                and share > rig_kind.gates.saturated_share
+                and share > rig_kind.gate_limits.saturated_share
                 and not is_stuck
-                and _is_piled_up(values, extreme, rig_kind.gates.piled_up_factor)
+                and _is_piled_up(values, extreme, rig_kind.gate_limits.piled_up_factor)
                 and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
                 row_range = run.turning_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
@@ -387,7 +388,7 @@ def temperature_drift(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     temperature_c = run.plateaus["inlet_temperature_c"]
     least_c = np.fmin.reduce(temperature_c, initial=np.inf)
     most_c = np.fmax.reduce(temperature_c, initial=-np.inf)
-    if exceeds(most_c - least_c, rig_kind.gates.temperature_drift_max_c):
+    if exceeds(most_c - least_c, rig_kind.gate_limits.temperature_drift_max_c):
         yield {"least": least_c, "most": most_c}
 
 
@@ -401,9 +402,11 @@ def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
         (speed, limits.entrainment_speed),
     ):
         # a load that changes within a plateau is neither
-        is_held = ~(np.abs(run.plateaus["load_change"]) > rig_kind.gates.load_change_max)
+        is_held = ~(np.abs(run.plateaus["load_change"]) > rig_kind.gate_limits.load_change_max)
         values = np.where(is_held, run.plateaus[channel.column], np.nan)
-        limit = _limit_between_levels(values, range_of_level, rig_kind.gates.faulty_plateaus_min)
+        limit = _limit_between_levels(
+            values, range_of_level, rig_kind.gate_limits.faulty_plateaus_min
+        )
         if np.isnan(limit):
             continue
         is_high = values > limit
@@ -450,7 +453,7 @@ def branches_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     differences, _ = _branch_differences(run, rig_kind)
     # the median, because other gates judge single wild points
     median_difference = median(np.abs(differences))
-    if median_difference > rig_kind.gates.branch_difference_max:
+    if median_difference > rig_kind.gate_limits.branch_difference_max:
         yield {"difference": median_difference, "points": len(differences)}
 
 
@@ -470,7 +473,7 @@ def _branch_differences(run: MeasuredRun, rig_kind: TractionRig) -> tuple[FloatA
         lowest = max(slip[0], back_slip[0])
         highest = min(slip[-1], back_slip[-1])
         is_shared = (slip >= lowest) & (slip <= highest)
-        if is_shared.sum() >= rig_kind.gates.branch_points:
+        if is_shared.sum() >= rig_kind.gate_limits.branch_points:
             differences.append(mu[is_shared] - np.interp(slip[is_shared], back_slip, back_mu))
             compared_mu.append(mu[is_shared])
     return np.concatenate(differences), np.concatenate(compared_mu)
@@ -484,8 +487,8 @@ def directions_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
         return
     differences, _ = mu_differences_of_directions(run.plateaus)
     median_difference = median(differences)
-    if len(differences) >= rig_kind.gates.branch_points and (
-        abs(median_difference) > rig_kind.gates.branch_difference_max
+    if len(differences) >= rig_kind.gate_limits.branch_points and (
+        abs(median_difference) > rig_kind.gate_limits.branch_difference_max
     ):
         yield {"difference": median_difference, "points": len(differences)}
 
@@ -507,7 +510,7 @@ _FEWEST_CHANGES = 60
 @WARNINGS.gate
 def little_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction is less than that of usual oils, though not impossible."""
-    yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_usual)
+    yield from _small_traction(run, rig_kind, rig_kind.gate_limits.sliding_traction_usual)
 
 
 @WARNINGS.gate
@@ -552,11 +555,11 @@ def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
 def branches_apart(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branch_differences(run, rig_kind)
-    is_sliding = np.abs(mu) > rig_kind.gates.sliding_traction_min
+    is_sliding = np.abs(mu) > rig_kind.gate_limits.sliding_traction_min
     median_ratio = median(differences[is_sliding] / mu[is_sliding])
     if (
-        is_sliding.sum() >= rig_kind.gates.branch_points
-        and abs(median_ratio) > rig_kind.gates.branch_ratio_max
+        is_sliding.sum() >= rig_kind.gate_limits.branch_points
+        and abs(median_ratio) > rig_kind.gate_limits.branch_ratio_max
     ):
         yield {"ratio": median_ratio, "points": is_sliding.sum()}
 
@@ -589,7 +592,7 @@ def noisy_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
         np.nanmax(np.abs(run.plateaus[run.rig_kind.sensor.column]), initial=0.0)
     )
     is_long_enough = len(noise_of_sample) >= _FEWEST_CHANGES
-    if is_long_enough and noise > rig_kind.gates.noise_share_max * largest_reading:
+    if is_long_enough and noise > rig_kind.gate_limits.noise_share_max * largest_reading:
         yield {"noise": noise, "share": noise / largest_reading}
 
 
@@ -608,7 +611,7 @@ def soft_saturation(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     small_noise = MAD_TO_SIGMA * median(noise_of_sample[is_small])
     large_noise = MAD_TO_SIGMA * median(noise_of_sample[is_large])
     # sensors have the same noise at any reading, and vibrations add to it
-    is_compressed = large_noise < rig_kind.gates.noise_left_min * small_noise
+    is_compressed = large_noise < rig_kind.gate_limits.noise_left_min * small_noise
     if is_compressed and is_noise(without_repeats(reading_sizes[is_small])):
         yield {"small": small_noise, "large": large_noise}
 
@@ -631,8 +634,8 @@ def uneven_clock(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     deviation_s = np.where(is_between_neighbours, np.abs(gaps_s - interval_s), 0.0)
     usual_deviation_s = float(np.quantile(deviation_s[is_between_neighbours], _LARGEST_QUANTILE))
     # a logger's hardware keeps its interval, the timer of a program does not
-    scatter_s = rig_kind.gates.clock_scatter_max * interval_s
-    limit_s = max(rig_kind.gates.clock_odd_factor * usual_deviation_s, scatter_s)
+    scatter_s = rig_kind.gate_limits.clock_scatter_max * interval_s
+    limit_s = max(rig_kind.gate_limits.clock_odd_factor * usual_deviation_s, scatter_s)
     odd_index = np.flatnonzero(deviation_s > limit_s)
     if usual_deviation_s <= scatter_s and len(odd_index):
         first_odd = odd_index[0]

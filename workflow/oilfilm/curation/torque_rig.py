@@ -69,7 +69,7 @@ class TorqueRig(RigKind):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        self.gates = settings.torque_logs.gates
+        self.gate_limits = settings.torque_logs.gates
         self.plateau_settings = settings.torque_logs.plateaus
         self.zero_settings = settings.torque_logs.tare
         self.zero_drift_max = settings.torque_logs.tare.max_drift_n_m

@@ -139,13 +139,13 @@ class TractionRig(RigKind):
         "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    gates: GateSettings
+    gate_limits: GateSettings
     plateau_settings: PlateauSettings
     zero_settings: ZeroReferenceSettings
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        self.gates = settings.gates
+        self.gate_limits = settings.gates
         self.plateau_settings = settings.curation.plateaus
         self.zero_settings = settings.curation.zero_reference
         # in the unit of the sensor, N
@@ -206,7 +206,7 @@ class TractionRig(RigKind):
             # a slow log takes more time: the mean of fewer readings has no standard error. No rig
             # rolls for so long that a wrong unit of time would look like a slow log
             if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
-                zero_row_count = max(zero_row_count, self.gates.readings_min)
+                zero_row_count = max(zero_row_count, self.gate_limits.readings_min)
             rolling_phases["opening"] = slice(0, min(zero_row_count, int(stops[0])))
             rolling_phases["closing"] = slice(int(starts[-1]), int(stops[-1]))
         return Division(
@@ -276,7 +276,7 @@ class TractionRig(RigKind):
             rolling_phases = rolling_ends(
                 signals, self.plateau_settings.window_s, self.zero_settings
             )
-            significant_errors = self.gates.significant_errors
+            significant_errors = self.gate_limits.significant_errors
             curation = self.settings.curation
             refusal = force_in_rolling_refusal(
                 signals, rolling_phases, curation, significant_errors
@@ -314,8 +314,8 @@ class TractionRig(RigKind):
 
     def _is_held(self, run: MeasuredRun) -> BoolArray:
         """Mask of the plateaus whose slip does not change, shape (plateaus,)."""
-        changes = np.abs(run.plateaus["slip_change"]) > self.gates.slip_change_max
-        has_transient = np.abs(run.plateaus["slip_transient"]) > self.gates.slip_transient_max
+        changes = np.abs(run.plateaus["slip_change"]) > self.gate_limits.slip_change_max
+        has_transient = np.abs(run.plateaus["slip_transient"]) > self.gate_limits.slip_transient_max
         return np.asarray(~(changes | has_transient))
 
     def _ramp_refusal(self, points_on_ramp: RampPoints) -> Refusal | None:
@@ -323,7 +323,7 @@ class TractionRig(RigKind):
         lag = points_on_ramp.lag
         shortest_s, longest_s = lag.tried_range_s
         # a number of standard errors
-        error_s = self.gates.significant_errors * lag.lag_se_s
+        error_s = self.gate_limits.significant_errors * lag.lag_se_s
         # too long: it may lie beyond the end of the range. Too short: it surely does
         is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_LAG_RANGE * longest_s
         is_shorter = lag.lag_s + error_s < shortest_s
@@ -334,7 +334,7 @@ class TractionRig(RigKind):
             fields = dict(drift=points_on_ramp.drift_n, allowed=self.zero_settings.max_drift_n)
             return refusal_by("zero_drift", sensor=self.sensor, **fields)
         # the relative error has no meaning where mu is near 0
-        is_sliding = np.abs(points_on_ramp.slip) > self.gates.sign_slip_min
+        is_sliding = np.abs(points_on_ramp.slip) > self.gate_limits.sign_slip_min
         median_error = median(np.abs(points_on_ramp.mu_se / points_on_ramp.mu)[is_sliding])
         largest_error = self.settings.curation.ramps.largest_error
         if median_error > largest_error:
@@ -356,10 +356,12 @@ class TractionRig(RigKind):
         if zero_source_name == "standstill":
             return run.refusal
         if zero_source_name == "already_removed":
-            return force_left_refusal(run, self.settings.curation, self.gates.significant_errors)
+            return force_left_refusal(
+                run, self.settings.curation, self.gate_limits.significant_errors
+            )
         largest_share, significant_errors = (
             self.zero_settings.max_traction_share,
-            self.gates.significant_errors,
+            self.gate_limits.significant_errors,
         )
         return run.refusal or phase_of_curve_refusal(
             division, run.plateaus, largest_share, significant_errors
@@ -379,10 +381,10 @@ class TractionRig(RigKind):
         # of each plateau, beside the sign of the rig in `signals`
         direction = np.ones(len(slip))
         # lower than any point may be: not pure rolling with an error of slip
-        is_backwards = slip < self.gates.slide_roll_ratio_min
+        is_backwards = slip < self.gate_limits.slide_roll_ratio_min
         # traction is odd in slip: the other direction gives points of the same curve. A few may be
         # mishaps
-        if is_backwards.sum() >= self.gates.faulty_plateaus_min:
+        if is_backwards.sum() >= self.gate_limits.faulty_plateaus_min:
             direction[is_backwards] = -1.0
         force_n = direction * (averages["traction_force_n"] - zero_of_plateau)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)

@@ -135,7 +135,7 @@ def moved_zero_refusal(
     division: Division,
     sensor: Channel,
     largest_drift: float,
-    gates: SignalGateSettings,
+    gate_limits: SignalGateSettings,
 ) -> Refusal | None:
     """The refusal of a zero that moves during the run, by the most likely cause; else None.
 
@@ -150,7 +150,7 @@ def moved_zero_refusal(
         division: The phases.
         sensor: The signal whose zero it is.
         largest_drift: Largest difference, in the sensor's unit.
-        gates: `zero_moving_share` and `significant_errors`.
+        gate_limits: `zero_moving_share` and `significant_errors`.
     """
     if abs(zero.drift) <= largest_drift:
         return None
@@ -165,7 +165,7 @@ def moved_zero_refusal(
     )
     fields = {"sensor": sensor, "drift": zero.drift, "allowed": largest_drift}
     # towards the opening zero, by more than the share of a steady drift
-    if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
+    if -change * np.sign(zero.drift) > gate_limits.zero_moving_share * abs(zero.drift):
         row_range = division.phase_signals.row_range(last_phase.start, last_phase.stop - 1)
         return refusal_by(
             "zero_not_settled",
@@ -176,7 +176,7 @@ def moved_zero_refusal(
             **row_range,
         )
     drift_se = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
-    if abs(zero.drift) <= gates.significant_errors * drift_se:
+    if abs(zero.drift) <= gate_limits.significant_errors * drift_se:
         return refusal_by("zero_noisy", error=drift_se, **fields)
     return refusal_by("zero_drift", **fields)
 

@@ -25,8 +25,8 @@ def with_time_column(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     """The table with a column of time made of the clocks of its channels, where no column has it.
 
     Channels with different clocks are interpolated linearly onto the times of the fastest one. The
-    first and the last reading of a slower channel hold for one of its intervals. Rows beyond hold
-    no number of it.
+    first and the last reading of a slower channel hold for one of its intervals. Rows beyond these
+    have no number of that channel.
 
     Args:
         table: The table.

@@ -164,7 +164,7 @@ def _tables_of_set_points(
 ) -> list[LoggedTable]:
     """One table per set point of a run; the table itself where the run has one set point."""
     # some formats say themselves what a run is
-    row_indices_of_parts = [] if table.columns else log_schema.row_indices_of_set_points(run)
+    row_indices_of_parts = [] if table.columns else log_schema.find_rows_of_set_points(run)
     if len(row_indices_of_parts) < 2:
         return [table]
     # rows that cannot be used belong to the part before them
@@ -205,11 +205,11 @@ def _read_table(
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
     vocabulary = log_schema.campaign_vocabulary(settings.campaign)
-    unneeded_quantities = log_schema.unneeded_quantities(metadata.text_of_key, settings)
+    unneeded_quantities = log_schema.find_unneeded_quantities(metadata.text_of_key, settings)
     names, table = _names_without_duplicates(table, vocabulary)
     columns = table.columns or vocabulary.columns_of_run(names, table.units, unneeded_quantities)
     problems = chain(
-        [metadata.problem], log_schema.header_problems(metadata.text_of_key, columns, settings)
+        [metadata.problem], log_schema.find_header_problems(metadata.text_of_key, columns, settings)
     )
     first_problem = next(filter(None, problems), None)
     if first_problem:

@@ -402,7 +402,7 @@ class UsableLog:
         set_points: base.SetPoints,
         refusal: base.Refusal | None,
     ) -> base.LoggedRun:
-        """The run with these samples; `refusal` counts where the log itself has none."""
+        """The run with these samples; it is refused by the log's own refusal or by `refusal`."""
         return base.LoggedRun(
             run_id=self.run_id,
             oil_name=self.text_of_key.get("oil", ""),
@@ -430,25 +430,29 @@ class LogSchema:
 
     Attributes:
         vocabulary: Names, quantities and units of their columns.
-        listed_columns: Function that gives the columns that a campaign file lists.
-        header_problems: Function that gives why a log with these header keys and columns cannot be
-            used. A later check relies on the earlier ones.
+        get_listed_columns: Function that gives the columns that a campaign file lists.
+        find_header_problems: Function that gives why a log with these header lines and columns
+            cannot be used. A later check relies on the earlier ones.
         make_run: Function that makes the run of a log.
         sheet_keys: Header keys that the run sheet may give beside the oil.
-        unneeded_quantities: Function that gives the quantities for which a log with these header
-            keys needs no column.
-        row_indices_of_set_points: Function that gives the row indices of each set point of a run.
+        find_unneeded_quantities: Function that gives the quantities for which a log with these
+            header lines needs no column.
+        find_rows_of_set_points: Function that gives the row indices of each set point of a run.
             The rows of each set point become a run of their own.
     """
 
     vocabulary: Vocabulary
-    listed_columns: Callable[[Campaign], ListedColumns]
-    header_problems: Callable[[Mapping[str, str], Sequence[LoggedColumn], Settings], HeaderProblems]
+    get_listed_columns: Callable[[Campaign], ListedColumns]
+    find_header_problems: Callable[
+        [Mapping[str, str], Sequence[LoggedColumn], Settings], HeaderProblems
+    ]
     make_run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
-    unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = _no_unneeded_quantities
-    row_indices_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows_together
+    find_unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = (
+        _no_unneeded_quantities
+    )
+    find_rows_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows_together
 
     def campaign_vocabulary(self, campaign: Campaign) -> Vocabulary:
         """The vocabulary with the names that a campaign file lists."""
-        return replace(self.vocabulary, listed_columns=self.listed_columns(campaign))
+        return replace(self.vocabulary, listed_columns=self.get_listed_columns(campaign))

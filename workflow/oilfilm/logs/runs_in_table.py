@@ -137,9 +137,9 @@ def _label_columns(
 
 def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     """`oil`, `rig`, `run` or `step` by the key of a column; empty for another column."""
-    meaning = key_by_listed_name.get(key, key)
-    if meaning in ("oil", "rig", "run"):
-        return meaning
+    project_key = key_by_listed_name.get(key, key)
+    if project_key in ("oil", "rig", "run"):
+        return project_key
     if header.other_oil_key({key: "x"}):
         return "oil"
     words = frozenset(key.rstrip(".").split("_")) - _NUMBER_WORDS

@@ -282,7 +282,7 @@ def _schema_without_demands(
         no_problems,
         collect_run,
         sheet_keys=(),
-        unneeded_quantities=quantities_without_column,
+        find_unneeded_quantities=quantities_without_column,
     )
 
 

@@ -161,9 +161,10 @@ def _table(
         for column_index in quantities_and_units
     }
 
-    def read_values(read_indices: Sequence[int]) -> list[Values]:
+    def read_values(column_indices: Sequence[int]) -> list[Values]:
         return [
-            _with_length(numbers_of_index[column_index], row_count) for column_index in read_indices
+            _with_length(numbers_of_index[column_index], row_count)
+            for column_index in column_indices
         ]
 
     group_name = group.name

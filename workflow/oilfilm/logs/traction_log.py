@@ -491,6 +491,6 @@ TRACTION = LogSchema(
     _header_problems,
     _make_run,
     sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
-    unneeded_quantities=_unneeded_quantities,
-    row_indices_of_set_points=row_indices_of_set_points,
+    find_unneeded_quantities=_unneeded_quantities,
+    find_rows_of_set_points=row_indices_of_set_points,
 )
