@@ -586,8 +586,8 @@ def _speed_warnings(
     """
     set_speed_of_run = runs["nominal_entrainment_speed_m_s"]
     ids_of_runs_off: set[str] = set()
-    for part in read_points():
-        points = part[part["accepted"]]
+    for points_of_part in read_points():
+        points = points_of_part[points_of_part["accepted"]]
         set_speed_of_points = set_speed_of_run.reindex(points["run_id"]).to_numpy()
         deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
         is_off = exceeds(deviation, gate_limits.speed_tolerance * set_speed_of_points)

@@ -377,8 +377,11 @@ def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     distinct_values = np.unique(values)
     hint = ""
     if len(distinct_values) >= _FEWEST_VALUES and not is_noise(without_repeats(values)):
-        step = f"; it moves in steps of {np.diff(distinct_values).min():.2g}"
-        hint = f"{step}: log it with more digits, if that is its last one"
+        smallest_step = np.diff(distinct_values).min()
+        hint = (
+            f"; it moves in steps of {smallest_step:.2g}: log it with more digits, if that is its "
+            "last one"
+        )
     yield {"value": values[start], "hint": hint, **run.turning_signals.row_range(start, stop - 1)}
 
 

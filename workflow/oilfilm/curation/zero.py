@@ -331,10 +331,12 @@ def force_left_refusal(
     is_rolling &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
-    places_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
+    locations_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
     force_n = np.append(plateaus["traction_force_n"][is_rolling], zero_at_standstill.output)
     error_n = np.append(force_error_n[is_rolling], zero_at_standstill.output_se)
-    return _first_force_refusal(force_n, significant_errors * error_n, places_in_words, allowed_n)
+    return _first_force_refusal(
+        force_n, significant_errors * error_n, locations_in_words, allowed_n
+    )
 
 
 def force_in_rolling_refusal(
@@ -363,14 +365,17 @@ def force_in_rolling_refusal(
 
 
 def _first_force_refusal(
-    force_n: FloatArray, tolerances_n: FloatArray, places_in_words: Sequence[str], allowed_n: float
+    force_n: FloatArray,
+    tolerances_n: FloatArray,
+    locations_in_words: Sequence[str],
+    allowed_n: float,
 ) -> Refusal | None:
     """The refusal by the first force beyond what is allowed; None where all are within it.
 
     Args:
-        force_n: Forces where there should be none, shape (places,).
-        tolerances_n: What their noise explains, shape (places,).
-        places_in_words: Where in the run each force is.
+        force_n: Forces where there should be none, shape (forces,).
+        tolerances_n: What their noise explains, shape (forces,).
+        locations_in_words: Where in the run each force is.
         allowed_n: Largest force that is allowed.
     """
     indices_beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
@@ -378,7 +383,7 @@ def _first_force_refusal(
         return None
     first = indices_beyond[0]
     return refusal_by(
-        "zero_left", force=force_n[first], place=places_in_words[first], allowed=allowed_n
+        "zero_left", force=force_n[first], location=locations_in_words[first], allowed=allowed_n
     )
 
 

@@ -52,12 +52,12 @@ class FirstSeenDigests:
         Args:
             logs: Paths of the logs that are there now.
         """
-        missing = sorted(self._digest_of_log.keys() - set(logs))
-        if not missing:
+        missing_logs = sorted(self._digest_of_log.keys() - set(logs))
+        if not missing_logs:
             return ""
         return (
-            f"{len(missing)} logs that an earlier run has read are gone: "
-            f"{names_in_words(missing)}. Put "
+            f"{len(missing_logs)} logs that an earlier run has read are gone: "
+            f"{names_in_words(missing_logs)}. Put "
             "them back; if they are not meant to be there, take their lines out of "
             f"{self._path}."
         )

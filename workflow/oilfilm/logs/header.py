@@ -295,8 +295,8 @@ def oil_id(text: str, settings: Settings) -> str:
     id_by_name = settings.oil_id_by_name
     if plain_key(text) in id_by_name:
         return id_by_name[plain_key(text)]
-    ids = [id_by_name.get(plain_key(name), name) for name in text.split(" / ")]
-    return " / ".join(dict.fromkeys(ids))
+    oil_ids = [id_by_name.get(plain_key(name), name) for name in text.split(" / ")]
+    return " / ".join(dict.fromkeys(oil_ids))
 
 
 def other_oil_key(text_of_key: Mapping[str, str]) -> str | None:

@@ -88,7 +88,7 @@ class LoggedColumn:
             minimum=float(minimum),
             maximum=float(maximum),
             count=len(numbers),
-            missing=len(logged_numbers) - len(numbers),
+            missing_in_words=len(logged_numbers) - len(numbers),
         )
 
 
@@ -215,11 +215,11 @@ class Vocabulary:
                     for index, quantity_and_unit in quantities_and_units.items()
                     if quantity_and_unit.quantity == quantity
                 ]
-                logged = " and ".join(repr(name[:60]) for name in names_of_quantity)
+                logged_in_words = " and ".join(repr(name[:60]) for name in names_of_quantity)
                 raise ValueError(
-                    f"the columns {logged} are both the quantity {quantity!r} and hold different "
-                    f"numbers; list the one that counts under `{self.columns_key}` of the campaign "
-                    "file, or rename the other"
+                    f"the columns {logged_in_words} are both the quantity {quantity!r} and hold "
+                    f"different numbers; list the one that counts under `{self.columns_key}` of "
+                    "the campaign file, or rename the other"
                 )
         chosen_alternative = self._chosen_alternative(
             count_of_quantity.keys() | unneeded_quantities
@@ -349,9 +349,12 @@ class Vocabulary:
         alternatives_in_words = ""
         if other_alternatives and quantities_of_alternatives & set(missing_quantities):
             alternatives_in_words = f" (or {other_alternatives}: without both speeds nothing rolls)"
-        logged = ", ".join(names)[:200]
-        missing = ", ".join(missing_quantities)
-        return f"the log lacks the columns {missing}{alternatives_in_words}; its own are {logged!r}"
+        logged_in_words = ", ".join(names)[:200]
+        missing_in_words = ", ".join(missing_quantities)
+        return (
+            f"the log lacks the columns {missing_in_words}{alternatives_in_words}; its own are "
+            f"{logged_in_words!r}"
+        )
 
 
 def _is_listed(name: str, listed_column: campaign_file.Column) -> bool:

@@ -577,7 +577,7 @@ class Findings:
     @property
     def names_to_choose_from(self) -> dict[str, list[str]]:
         """Quantities without a column or with several candidates -> the names to choose from."""
-        choices: dict[str, dict[str, None]] = {}
+        choices_of_quantity: dict[str, dict[str, None]] = {}
         for log in self.logs_with_columns:
             candidates_by_quantity = {
                 quantity: [name for name, _ in candidates]
@@ -587,8 +587,11 @@ class Findings:
             unused = [name for name in log.names if _is_unused(name, log)]
             for quantity in {*log.missing_quantities, *candidates_by_quantity}:
                 names = candidates_by_quantity.get(quantity, unused)
-                choices.setdefault(quantity, {}).update(dict.fromkeys(names))
-        return {quantity: list(choices[quantity]) for quantity in sorted(choices)}
+                choices_of_quantity.setdefault(quantity, {}).update(dict.fromkeys(names))
+        return {
+            quantity: list(choices_of_quantity[quantity])
+            for quantity in sorted(choices_of_quantity)
+        }
 
     def unit_for_campaign_file(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, and whether it is unknown.
@@ -737,8 +740,8 @@ def _new_oil_id(label: str) -> str:
 
 def _slug(label: str) -> str:
     """A name as an id: ASCII letters, digits and '-'; empty where it has others."""
-    plain = unicodedata.normalize("NFKD", label.casefold().translate(_UMLAUTS))
-    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    if not plain.isascii():
+    decomposed = unicodedata.normalize("NFKD", label.casefold().translate(_UMLAUTS))
+    base_letters = "".join(letter for letter in decomposed if not unicodedata.combining(letter))
+    if not base_letters.isascii():
         return ""
-    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:60]
+    return re.sub(r"[^a-z0-9]+", "-", base_letters).strip("-")[:60]

@@ -408,14 +408,16 @@ def seconds_of_stamps(
 
 def _begins_next_day(time_of_day_s: FloatArray) -> BoolArray:
     """Mask of the rows that begin the next day, shape (rows,)."""
-    steps = np.diff(time_of_day_s, prepend=time_of_day_s[0])
-    begins_next_day = steps < -_S_PER_DAY / 2
-    rows_after_jump = np.flatnonzero(np.abs(steps) > _S_PER_DAY / 2).tolist()
+    steps_s = np.diff(time_of_day_s, prepend=time_of_day_s[0])
+    begins_next_day = steps_s < -_S_PER_DAY / 2
+    rows_after_jump = np.flatnonzero(np.abs(steps_s) > _S_PER_DAY / 2).tolist()
     first_unmarked_row = 0
     for row, next_row in pairwise(rows_after_jump):
-        returns = steps[row] * steps[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
+        returns_to_course = (
+            steps_s[row] * steps_s[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
+        )
         time_rises = time_of_day_s[next_row] >= time_of_day_s[row - 1]
-        if row >= first_unmarked_row and returns and time_rises:
+        if row >= first_unmarked_row and returns_to_course and time_rises:
             begins_next_day[[row, next_row]] = False
             first_unmarked_row = next_row + 1
     return begins_next_day

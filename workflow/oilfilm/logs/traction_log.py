@@ -112,21 +112,21 @@ def _missing_rig_values(
     """A problem where the units of the columns need values that the rig file does not have."""
     rig = settings.rigs[rig_name]
     units = {column.quantity: column.conversion.unit for column in columns}
-    missing = []
+    missing_rig_keys = []
     if units.get("ball_speed") == "rpm" and rig.ball_track_radius_m is None:
-        missing.append("ball_track_radius_m")
+        missing_rig_keys.append("ball_track_radius_m")
     if units.get("disc_speed") == "rpm" and rig.disc_track_radius_m is None:
-        missing.append("disc_track_radius_m")
+        missing_rig_keys.append("disc_track_radius_m")
     if units.get("load") == "GPa" and rig.ball_radius_m is None:
-        missing.append("ball_radius_m")
+        missing_rig_keys.append("ball_radius_m")
     if units.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is None:
-        missing.append("torque_arm_m")
-    if not missing:
+        missing_rig_keys.append("torque_arm_m")
+    if not missing_rig_keys:
         return None
     return base.Refusal(
         "rig",
-        f"speeds in rpm, a load as pressure or a force as torque need {', '.join(missing)} of the "
-        f"rig {rig_name!r}",
+        "speeds in rpm, a load as pressure or a force as torque need "
+        f"{', '.join(missing_rig_keys)} of the rig {rig_name!r}",
         f"Add it to config/rigs/{rig_name}.yaml.",
     )
 
