@@ -88,7 +88,7 @@ class LoggedColumn:
             minimum=float(minimum),
             maximum=float(maximum),
             count=len(numbers),
-            missing_in_words=len(logged_numbers) - len(numbers),
+            missing=len(logged_numbers) - len(numbers),
         )
 
 
