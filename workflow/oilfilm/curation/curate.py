@@ -697,7 +697,7 @@ def curate_logs(
         sheet: The run sheet.
 
     Raises:
-        OilfilmError: As by `ingest_logs`, or a table is not as it is declared.
+        OilfilmError: As in `ingest_logs`, or a table is not as it is declared.
     """
     return curate_ingested(
         ingest_logs(logs, settings, rig_class.log_schema, sheet), rig_class(settings)
@@ -1087,7 +1087,7 @@ def _refusals_by_comparison(
     repeat is then refused for its shape, the repeat is compared and judged in its place.
 
     Args:
-        campaign_tables: As of `compare_runs`.
+        campaign_tables: As for `compare_runs`.
         settings: Settings of the campaign.
         rig_class: The class of the kind of rig.
     """

@@ -649,7 +649,7 @@ def _weighted_trials(
         may_show_lag: Whether rising and falling slip may show the lag.
 
     Returns:
-        The trials; the variance as by `_variance_for_means`; whether the ramp shows its lag, that
+        The trials; the variance as `_variance_for_means` gives it; whether the ramp shows its lag, that
         is, whether the rows narrow it down.
     """
     knots_by_spacing = [_make_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
@@ -827,7 +827,7 @@ def _curve_of_trial(
         ramp: The ramp.
         trial: The lag, and the knots of the spline.
         zero_term_count: As for `ramp_points`.
-        effective_variance_n2: As by `_variance_for_means`.
+        effective_variance_n2: As `_variance_for_means` gives it.
         point_slip_sizes: Size of the slip of each point, shape (points,).
         branch_of_point: Index of the branch of each point, shape (points,).
     """

@@ -1,6 +1,6 @@
 """From the columns of a log to its run: what all formats share.
 
-A format finds names, units, header keys and numbers. This module and the kind of log do the rest.
+A format finds names, units, header keys and numbers. This module and the log schema do the rest.
 
 Decides: which rows are refused for their cells.
 """

@@ -287,7 +287,7 @@ class Vocabulary:
         """A column of the log with its conversion.
 
         Raises:
-            ValueError: As by `columns_of_run`.
+            ValueError: As in `columns_of_run`.
         """
         if not unit:
             raise ValueError(

@@ -41,7 +41,7 @@ from oilfilm.logs.text_rows import encoding_of
 from oilfilm.logs.workbook import ZIP_SIGNATURE, checked_workbook
 from oilfilm.settings.resolved import Settings
 
-# Columns that every run sheet may have. A kind of logs adds more.
+# Columns that every run sheet may have. A log schema adds more (`sheet_keys`).
 _COMMON_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of the column `exclude` that do not exclude a run.
 _CELLS_THAT_KEEP_A_RUN = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
@@ -251,7 +251,7 @@ def sheet_of_paths(
         log_schema: What logs of this kind of rig may hold.
 
     Raises:
-        OilfilmError: As by `read_run_sheet`.
+        OilfilmError: As in `read_run_sheet`.
     """
     resolved_raw_folder = raw_folder.resolve()
     # name of a campaign -> name of a log in its folder -> path of the log as it is given

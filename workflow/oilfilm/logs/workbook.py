@@ -63,7 +63,7 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
 
     Args:
         sheets: Title and tab-separated text of each sheet.
-        vocabulary: The words of the kind of log.
+        vocabulary: The names that are known, with their quantities and units.
 
     Raises:
         UnreadableLogError: No sheet has a table.
