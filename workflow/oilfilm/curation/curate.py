@@ -946,7 +946,7 @@ def _explained_refusal(
 
 @dataclass(frozen=True)
 class _CorrectedSamples(Mapping[str, ColumnArrays]):
-    """Sentence of a hypothesis -> samples without its mistake, made when they are asked for.
+    """Sentence of a hypothesis -> samples without its mistake, made on access.
 
     All at once would be as many logs in memory.
     """

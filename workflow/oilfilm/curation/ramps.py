@@ -649,8 +649,8 @@ def _weighted_trials(
         may_show_lag: Whether rising and falling slip may show the lag.
 
     Returns:
-        The trials; the variance as `_variance_for_means` gives it; whether the ramp shows its lag, that
-        is, whether the rows narrow it down.
+        The trials; the variance as `_variance_for_means` gives it; whether the ramp shows its lag,
+        that is, whether the rows narrow it down.
     """
     knots_by_spacing = [_make_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
     lag_fits = [_lag_fit(ramp, knots, longest_lag_s, zero_term_count) for knots in knots_by_spacing]

@@ -30,7 +30,7 @@ _SHORTEST_INTERVAL_S = 1e-6
 
 @dataclass(frozen=True)
 class _SelectedColumns(Mapping[str, FloatArray]):
-    """Name of a column -> its selected samples, copied when they are asked for.
+    """Name of a column -> its selected samples, copied on access.
 
     Copies of all columns at once would be a second log in memory.
     """
@@ -255,7 +255,7 @@ class RigKind(Protocol):
     def measured_ramp(
         self, run: MeasuredRun, division: Division, rig_name: str
     ) -> MeasuredRun | None:
-        """The run measured as a continuous ramp; None where it is none.
+        """The run measured as a continuous ramp; None where it is no ramp.
 
         Args:
             run: The run, measured by its levels.

@@ -504,7 +504,7 @@ WARNINGS: Gates[RunJudge] = Gates("warnings")
 # Readings up to this share of the largest count as small, those from the other share as large.
 _SMALL_SHARE = 0.2
 _LARGE_SHARE = 0.8
-# Quantile that stands for the largest value, without wild ones.
+# Quantile that is taken for the largest value, so that wild readings do not count.
 _LARGEST_QUANTILE = 0.99
 # Number of changes from reading to reading that gives the noise to within a tenth.
 _FEWEST_CHANGES = 60

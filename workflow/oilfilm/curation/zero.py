@@ -33,7 +33,7 @@ DIRECTION_COLUMN = "direction"
 # in the configuration.
 # So many rows, whose slips differ by less than half a step, are a signal and no settled readings.
 _FEWEST_ROWS_OF_SIGNAL = 100
-# Quantile of the speeds that stands for the speed of a run, without wild readings.
+# Quantile of the speeds that is taken for the speed of a run, so that wild readings do not count.
 _FASTEST_QUANTILE = 0.9
 # Largest ratio of slips that belong to one level, on the way up and down.
 _SAME_LEVEL_RATIO = 1.1

@@ -48,7 +48,7 @@ def with_time_column(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
                 table, _times_by_clock(clocks[0], table.row_count), clocks[0].unit, {}
             )
     if len(clocked_column_indices) < len(quantities_and_units):
-        # of the other channels nobody knows when they were read
+        # the times of the other channels are not known
         return table
     return _align_channels(table, clocked_column_indices)
 

@@ -121,7 +121,7 @@ class _SheetParser:
 
     def _start_element(self, tag: str, attributes: dict[str, str]) -> None:
         if tag == _OFFICE_NAMESPACE + "annotation" or self._annotation_depth:
-            # the text of a note is none of the cell
+            # the text of a note is not that of the cell
             self._annotation_depth += 1
         elif tag == _TABLE_NAMESPACE + "table":
             self._title = attributes.get(_TABLE_NAMESPACE + "name", "")

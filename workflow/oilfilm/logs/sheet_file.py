@@ -457,7 +457,7 @@ def _check_column(column: _SheetColumn, row_in_words: str, sheet: _SheetBeingRea
             "file.",
         )
     elif column.key in base.SET_POINT_KEYS:
-        # without a unit the key is none of a set point; an unknown unit is left in the text
+        # a key without a unit is not that of a set point; an unknown unit is left in the text
         key, converted_text = sheet.key_and_text(column.header_key, _TRIAL_CELL)
         if key in base.SET_POINT_KEYS and base.parse_set_point(key, converted_text) is not None:
             return
