@@ -266,7 +266,7 @@ def _slips_as_stated_once_undone(
 
 
 def _speed_unit_hypotheses(has_spindle_speeds: bool) -> Iterator[Hypothesis]:
-    """Speeds in another unit than their label says; with `has_spindle_speeds` also those of spindles."""
+    """Speeds in another unit than their label says; of spindles too if `has_spindle_speeds`."""
     factor_of_mistake = dict(_SPEED_UNIT_MISTAKES)
     if has_spindle_speeds:
         for unit, labelled_unit in permutations(_RPM_PER_SPINDLE_UNIT, 2):
