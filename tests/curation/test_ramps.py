@@ -258,7 +258,7 @@ def test_error_of_a_row_counts_every_parameter_of_the_fit(zero_term_count: int) 
     for _ in range(20):
         noise = noise_n * random.standard_normal(row_count)
         rows = ramps._averaged_ramp(signals, lagged_force_n + noise)
-        knots = ramps._knots(rows, 1.4)
+        knots = ramps._make_knots(rows, 1.4)
         residual = ramps._lag_fit(rows, knots, 2.0, zero_term_count).fun
         taken_away.append((np.sum(noise**2) - np.sum(residual**2)) / noise_n**2)
     standard_error = np.std(taken_away) / np.sqrt(len(taken_away))
