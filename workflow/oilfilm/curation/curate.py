@@ -73,11 +73,11 @@ _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
 _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
-class _Repeat(NamedTuple):
-    """A run that repeats or contradicts others.
+class _RepeatRefusal(NamedTuple):
+    """The refusal of a run that repeats or contradicts others.
 
     Attributes:
-        refusal: Its refusal.
+        refusal: The refusal.
         kept_id: Id of the run that is kept in its place; empty where none is.
     """
 
@@ -85,12 +85,12 @@ class _Repeat(NamedTuple):
     kept_id: str = ""
 
 
-def _repeats(
+def _refusal_of_repeats(
     campaign_tables: CampaignTables,
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> dict[str, _Repeat]:
+) -> dict[str, _RepeatRefusal]:
     """Id of a run -> its refusal, of accepted runs that repeat or contradict others.
 
     Copies are found first. Repeated conditions are allowed on a torque rig, and in a campaign that
@@ -105,7 +105,7 @@ def _repeats(
     remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(
         ["file", "run_id"], ignore_index=True
     )
-    repeat_of_run: dict[str, _Repeat] = {}
+    repeat_of_run: dict[str, _RepeatRefusal] = {}
     for repeat in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
         repeat_of_run.setdefault(repeat.refusal.run_id, repeat)
     if rig_class.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
@@ -122,7 +122,7 @@ def _refusals_of_same_readings(
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> Iterator[_Repeat]:
+) -> Iterator[_RepeatRefusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_class, settings))
     # the verdicts on all earlier runs are known when a later one is judged
@@ -134,17 +134,19 @@ def _refusals_of_same_readings(
             refused_ids.add(later_run.run_id)
             kept_id = first_run.run_id
             refusal = refusal_by("duplicate_log", run_id=later_run.run_id, kept=kept_id)
-            yield _Repeat(refusal, kept_id)
+            yield _RepeatRefusal(refusal, kept_id)
     for pair in pairs:
         for refused_run, other_run in (pair, pair[::-1]):
             if refused_run.oil != other_run.oil:
                 fields = dict(other_id=other_run.run_id, other_oil=other_run.oil)
-                yield _Repeat(refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields))
+                yield _RepeatRefusal(
+                    refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
+                )
 
 
 def _refusals_of_same_conditions(
     campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
-) -> Iterator[_Repeat]:
+) -> Iterator[_RepeatRefusal]:
     """Refusals of runs that contradict others of their condition, and of all others but the first.
 
     Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
@@ -193,13 +195,13 @@ def _refusals_of_same_conditions(
                 agree=agreement_in_words,
                 allowed=min(odd_limit, allowed_difference),
             )
-            yield _Repeat(refusal_by("conflicting_condition", run_id=run_id, **fields))
+            yield _RepeatRefusal(refusal_by("conflicting_condition", run_id=run_id, **fields))
         yield from _refusals_of_later_runs(run_ids, differences, kept_index)
 
 
 def _refusals_of_later_runs(
     run_ids: list[str], differences: FloatArray, index_without_conflict: list[int]
-) -> Iterator[_Repeat]:
+) -> Iterator[_RepeatRefusal]:
     """Refusals of runs that repeat an earlier one of their condition, which is kept.
 
     Args:
@@ -215,7 +217,7 @@ def _refusals_of_later_runs(
                 kept_id = run_ids[earlier_index]
                 fields = dict(kept=kept_id, difference=difference)
                 refusal = refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
-                yield _Repeat(refusal, kept_id)
+                yield _RepeatRefusal(refusal, kept_id)
                 break
         else:
             kept_index.append(run_index)
@@ -1092,7 +1094,7 @@ def _refusals_by_comparison(
         rig_class: The class of the kind of rig.
     """
     runs = campaign_tables.runs
-    repeat_of_run = _repeats(campaign_tables, runs, rig_class, settings)
+    repeat_of_run = _refusal_of_repeats(campaign_tables, runs, rig_class, settings)
     refusal_of_run = {run_id: repeat.refusal for run_id, repeat in repeat_of_run.items()}
     shape_warnings: list[RunWarning] = []
     ids_to_judge: set[str] = set()
@@ -1113,7 +1115,9 @@ def _refusals_by_comparison(
             del refusal_of_run[run_id], repeat_of_run[run_id]
         # restored runs may repeat each other
         remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
-        repeats_without_odd = _repeats(campaign_tables, remaining_runs, rig_class, settings)
+        repeats_without_odd = _refusal_of_repeats(
+            campaign_tables, remaining_runs, rig_class, settings
+        )
         repeat_of_run |= repeats_without_odd
         refusal_of_run |= {run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()}
         ids_to_judge = restored_ids - set(refusal_of_run)
