@@ -32,7 +32,7 @@ from damages import SOUND  # noqa: E402
 from oilfilm.base.digests import files_below  # noqa: E402
 from oilfilm.base.errors import OilfilmError  # noqa: E402
 from oilfilm.base.randomness import generator  # noqa: E402
-from oilfilm.curation.curate import check_logs  # noqa: E402
+from oilfilm.curation.curate import curate_logs  # noqa: E402
 from oilfilm.releases.stored_release import StoredRelease  # noqa: E402
 from reproduce import succeed  # noqa: E402
 
@@ -76,7 +76,7 @@ def share(job: tuple[int, int]) -> Logs:
         name = FORMATS[index // 2 % len(FORMATS)]
         content = attack(log.text() if name == "csv" else log.written(name), donor, random)
         try:
-            verdict = check_logs([("log", content)], log.config, log.kind)
+            verdict = curate_logs([("log", content)], log.config, log.kind)
         except Exception:  # any exception at all is what this looks for
             found.failures.append(f"share {number}, log {index}:\n{traceback.format_exc()}")
             continue

@@ -41,10 +41,10 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from campaigns import printed  # noqa: E402  (the tests' own helper)
 from oilfilm import tables  # noqa: E402
-from oilfilm.curation.curate import Curated, collect, curate_parts  # noqa: E402
+from oilfilm.curation.curate import CuratedTables, collect, curate_parts  # noqa: E402
 from oilfilm.curation.traction_rig import TractionRig  # noqa: E402
-from oilfilm.logs.ingest import ingest_logs, read_bytes, sample_files  # noqa: E402
-from oilfilm.logs.raw_files import shares_of  # noqa: E402
+from oilfilm.logs.ingest import ingest_logs, open_sample_files, read_bytes  # noqa: E402
+from oilfilm.logs.raw_files import logs_by_share  # noqa: E402
 from oilfilm.settings.config import SplitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
 from oilfilm.settings.resolved import Settings  # noqa: E402
@@ -124,14 +124,14 @@ def carry_naively(path: Path, out: Path) -> None:
 def shares_in(folder: Path) -> dict[int, list[str]]:
     """The logs of each share: of the default size, or smaller, so that each process has one."""
     names = [path.name for path in sorted(folder.iterdir())]
-    return shares_of(names, min(SplitSettings().runs, -(-len(names) // CORES)))
+    return logs_by_share(names, min(SplitSettings().runs, -(-len(names) // CORES)))
 
 
-def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curated:
+def carry_share(share: int, folder: Path, out: Path, config: Settings) -> CuratedTables:
     """One share of the logs through ingest and curation, every table written and read back."""
     paths = {oil: out / f"samples/oil={oil}/part-{share}.parquet" for oil in config.oils}
     logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
-    with sample_files(paths, PROVENANCE) as keep:
+    with open_sample_files(paths, PROVENANCE) as keep:
         found = ingest_logs(logs, config, keep_run=keep)
     samples = tables.read_parts("samples", *paths.values())
     curated = curate_parts(samples, found, TractionRig(config))
@@ -146,7 +146,7 @@ def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: Settin
     shares, seconds = spread(pool, carry, shares_in(folder))
     names = ("points", "runs", "quarantine")
     of_all = (pd.concat([getattr(share, name) for share in shares]) for name in names)
-    whole = collect(Curated(*of_all), config)
+    whole = collect(CuratedTables(*of_all), config)
     tables.write(whole.points, "points", out / "points.parquet", PROVENANCE)
     tables.write(whole.runs, "runs", out / "runs.parquet", PROVENANCE)
     tables.write(whole.quarantine, "quarantine", out / "quarantine.parquet", PROVENANCE)

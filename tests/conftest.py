@@ -24,7 +24,7 @@ from campaigns import (
     simulator,
 )
 from oilfilm import tables
-from oilfilm.logs.raw_files import raw_files
+from oilfilm.logs.raw_files import raw_log_names
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 
@@ -87,7 +87,7 @@ def etm(tmp_path_factory: pytest.TempPathFactory) -> Campaign:
 
     def curated(_: Path) -> Campaign:
         config = resolve(ROOT / "config", {"campaign": "etm-slim"})
-        return carry_through(config, ETM, raw_files(ETM))
+        return carry_through(config, ETM, raw_log_names(ETM))
 
     return made_once("etm", curated, tmp_path_factory)
 

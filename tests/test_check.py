@@ -18,7 +18,7 @@ from damages import SOUND
 from oilfilm.api.log_check import CONSEQUENCES_BY_CAUSE, TEXT_WIDTH, verdict_lines
 from oilfilm.cli import main
 from oilfilm.curation.gate import RULES
-from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.ingest import read_bytes
 
 CONFIG = ["--config", str(ROOT / "config")]
@@ -145,7 +145,7 @@ def test_folder_says_the_campaign_of_logs(
     for name, campaign in (("june", "june"), ("elsewhere", "july")):
         (log,) = checked(capsys, logs[name], *config_option)
         assert log["campaign"] == campaign
-    seen = FirstSeen("june", folder=tmp_path / "data/first_seen")
+    seen = FirstSeenDigests("june", folder=tmp_path / "data/first_seen")
     seen.check_and_add(dict.fromkeys(["data/raw/june/a.csv", "data/raw/june/b.csv"], "0" * 64), [])
     assert main(["check", str(logs["june"]), *config_option]) == 1
     assert "data/raw/june/b.csv" in capsys.readouterr().err

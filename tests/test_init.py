@@ -22,7 +22,7 @@ from foreign_logs import CONDITIONS, GERMAN, bench_and_runs, write_logs
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.cli.init import NewProject, make_project
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve
@@ -78,7 +78,7 @@ class Project:
         paths = sorted(path for path in self.raw_folder.glob("*.csv") if path.name != "runs.csv")
         run_sheet = sheet_of_paths(paths, self.folder / "data/raw", settings, TRACTION)
         logs = [(str(path), path.read_bytes()) for path in paths]
-        points = check_logs(logs, settings, sheet=run_sheet).points
+        points = curate_logs(logs, settings, sheet=run_sheet).points
         return points[points["accepted"]]
 
 

@@ -7,7 +7,7 @@ import pytest
 from blind_check import Outcome, curated, outcome, settings_of, with_fits
 from blind_lab.laboratory import Laboratory, build
 from campaigns import ROOT
-from oilfilm.curation.curate import Curated
+from oilfilm.curation.curate import CuratedTables
 
 
 @pytest.fixture(scope="module")
@@ -17,17 +17,17 @@ def laboratory(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Laborato
 
 
 @pytest.fixture(scope="module")
-def verdicts(laboratory: tuple[Path, Laboratory]) -> Curated:
+def verdicts(laboratory: tuple[Path, Laboratory]) -> CuratedTables:
     return curated(laboratory[0], settings_of(laboratory[0]))
 
 
 @pytest.fixture(scope="module")
-def result(laboratory: tuple[Path, Laboratory], verdicts: Curated) -> Outcome:
+def result(laboratory: tuple[Path, Laboratory], verdicts: CuratedTables) -> Outcome:
     return outcome(laboratory[1], verdicts)
 
 
 def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
-    laboratory: tuple[Path, Laboratory], verdicts: Curated, result: Outcome
+    laboratory: tuple[Path, Laboratory], verdicts: CuratedTables, result: Outcome
 ) -> None:
     assert result.false_alarms == []
     assert result.refused_points <= 0.0005

@@ -17,17 +17,17 @@ from campaigns import Campaign, printed
 from damages import AT_A_LIMIT, GOOD_POINT, PLANNED_SLIPS, SOUND
 from oilfilm import tables
 from oilfilm.curation.curate import (
-    Curated,
-    arrays_of,
-    check_logs,
+    CuratedTables,
+    arrays_of_samples,
     collect,
     curate_ingested,
+    curate_logs,
     curate_parts,
 )
 from oilfilm.curation.measure import find_steps, settled_parts
 from oilfilm.curation.plateau_gates import judge_plateaus
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
+from oilfilm.logs.ingest import IngestedLogs, ingest_logs, open_sample_files
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
@@ -98,7 +98,7 @@ def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> 
     sliding = np.repeat(np.array(bad_logs.PHASES) > 0, 80)
     values["traction_force"] += np.where(sliding, decay * values["load"], 0)
     log = [("log", bad_logs.csv(values))]
-    points = check_logs(log, bad_logs.CONFIG).points.query("slide_roll_ratio > 0.02")
+    points = curate_logs(log, bad_logs.CONFIG).points.query("slide_roll_ratio > 0.02")
     # the plateau of pure rolling alone does not save the run
     assert set(points["failed_gates"]) == {("no_point_left", "transient_not_ended")}
     # 62 rows are left from 0.8 s on; the noise of 0.02 N over 82 N moves a mean by some 1e-4
@@ -143,7 +143,7 @@ def test_sign_and_slower_body_agree(traction_sign: int, slower: str, force_sign:
     force_n = traction_sign * force_sign * 2.0
     samples = samples.assign(traction_force_n=force_n, disc_speed_m_s=disc, ball_speed_m_s=ball)
     settings = Settings.of({"campaign": {"semantics": log.model_dump(), "semantics_of_rig": {}}})
-    signals = TractionRig.signals(arrays_of(samples), "any", settings)
+    signals = TractionRig.make_signals(arrays_of_samples(samples), "any", settings)
     assert signals["traction_force_n"].tolist() == [2.0]
     assert signals["slide_roll_ratio"].tolist() == [0.2]
 
@@ -189,7 +189,7 @@ def test_absurd_log_is_one_refused_run(name: str, rows: slice, value: float, ver
     values = {name: column.copy() for name, column in SOUND["traction"].values.items()}
     for column in (column for key, column in values.items() if key.endswith(name)):
         column[rows] = value
-    curated = check_logs([("log.csv", SOUND["traction"].text(values))], bad_logs.CONFIG)
+    curated = curate_logs([("log.csv", SOUND["traction"].text(values))], bad_logs.CONFIG)
     assert curated.runs["verdict"].tolist() == [verdict]
 
 
@@ -202,7 +202,7 @@ def test_spindle_slip_leaves_no_wrong_point(demo: Campaign, start: int) -> None:
     frame = pd.read_csv(io.StringIO(log), comment="#")
     frame.loc[start : start + 49, "ball_speed_rpm"] *= 0.95
     slipped = header + frame.round(4).to_csv(index=False)
-    points = check_logs([("log.csv", slipped.encode())], demo.config).points
+    points = curate_logs([("log.csv", slipped.encode())], demo.config).points
     accepted = points[points["accepted"]]
     assert 27 <= len(accepted) < 31
     # each point left is one of the clean log's, to within the errors that it reports
@@ -225,9 +225,9 @@ LOGS = [
 ]
 
 
-def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[Ingested, Curated]:
+def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[IngestedLogs, CuratedTables]:
     paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
-    with sample_files(paths, ABOUT) as keep:
+    with open_sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep_run=keep)
     samples = tables.read_parts("samples", *paths.values())
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)

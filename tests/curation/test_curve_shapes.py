@@ -13,8 +13,8 @@ from campaigns import rig_contact
 from lawless_truths import TRUTHS
 from nights import quick_ones
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.curate import Curated, check_logs
-from oilfilm.curation.curve_shapes import judged_shapes
+from oilfilm.curation.curate import CuratedTables, curate_logs
+from oilfilm.curation.curve_shapes import judge_shapes
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from surface_campaigns import grid, latin, simulated
 
@@ -75,16 +75,16 @@ def log(condition: FloatArray, slips: FloatArray, seed: int, damage: Damage | No
 
 def judged(
     conditions: FloatArray, slips: FloatArray, bad: dict[int, Damage] | None = None
-) -> Curated:
+) -> CuratedTables:
     """The verdicts on one log per condition, some of them with a defect."""
     damages = bad or {}
     logs = []
     for row, condition in enumerate(conditions):
         logs.append((f"{row:02d}.csv", log(condition, slips, row, damages.get(row))))
-    return check_logs(logs, CONFIG)
+    return curate_logs(logs, CONFIG)
 
 
-def told(curated: Curated) -> dict[str, str]:
+def told(curated: CuratedTables) -> dict[str, str]:
     """File -> rule or warning, of the runs that are not simply accepted."""
     texts = {}
     for run in curated.runs.itertuples():
@@ -130,7 +130,7 @@ def test_good_repeat_is_kept_in_place_of_one_with_a_defect(bad_name: str):
         # two thirds of the curve of both are the same: it is no contradiction of the runs
         damage = one_step_high if name == bad_name else None
         logs.append((name, log(TWELVE[5], TEN_SLIPS, 50 + seed, damage)))
-    curated = check_logs(logs, CONFIG)
+    curated = curate_logs(logs, CONFIG)
     rules = curated.runs.set_index("file")["rule"]
     kept, repeated = ("a.csv", "b.csv") if bad_name != "a.csv" else ("b.csv", "c.csv")
     assert (curated.runs["verdict"] == "accepted").sum() == 12
@@ -214,7 +214,7 @@ def test_no_oil_is_beyond_the_limits_that_hold_for_any(designs):
     """Of clean curves none is refused, and two at most are named."""
     named = []
     for truth, slips in itertools.product(TRUTHS, designs):
-        verdicts = judged_shapes(*tables_of(truth, latin(), slips, same_oil=False))
+        verdicts = judge_shapes(*tables_of(truth, latin(), slips, same_oil=False))
         assert verdicts.refusals == []
         named += [(truth, len(slips), run) for run, _ in verdicts.warnings]
     # a kink of a curve looks like a wrong level
@@ -232,7 +232,7 @@ def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
             (0.7, 90.0, 40.0),
         ]
     )
-    verdicts = judged_shapes(*tables_of("mix", conditions, TEN_SLIPS, same_oil=True))
+    verdicts = judge_shapes(*tables_of("mix", conditions, TEN_SLIPS, same_oil=True))
     assert verdicts.refusals == []
     assert verdicts.unjudged_ids
     for _, sentence in verdicts.warnings:
@@ -243,9 +243,9 @@ def test_points_without_pressure_are_not_judged_by_others():
     points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
     is_scuffed = (points["run_id"] == "03") & (points["slide_roll_ratio"] > 0.05)
     points.loc[is_scuffed, "traction_coefficient"] *= 1.5
-    assert [refusal.run_id for refusal in judged_shapes(points, runs).refusals] == ["03"]
+    assert [refusal.run_id for refusal in judge_shapes(points, runs).refusals] == ["03"]
     unknown = points.assign(max_hertz_pressure_gpa=np.nan)
-    assert judged_shapes(unknown, runs).refusals == []
+    assert judge_shapes(unknown, runs).refusals == []
 
 
 def test_curves_below_zero_degrees_are_said_to_be_not_judged():
@@ -254,7 +254,7 @@ def test_curves_below_zero_degrees_are_said_to_be_not_judged():
     cold_points = points.assign(
         inlet_temperature_c=points["inlet_temperature_c"].mask(is_cold, -5.0)
     )
-    verdicts = judged_shapes(cold_points, runs)
+    verdicts = judge_shapes(cold_points, runs)
     assert verdicts.refusals == []
     ((run_id, sentence),) = verdicts.warnings
     assert run_id == "03"

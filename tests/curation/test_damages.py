@@ -6,7 +6,7 @@ import pytest
 
 from blind_lab.defects import FAULTS
 from damages import AT_A_LIMIT, DAMAGES, SOUND, Damage
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.tables import failed_gates
@@ -15,19 +15,19 @@ from oilfilm.tables import failed_gates
 PLANTED_ELSEWHERE = {"film_off_trend", "directions_differ", "two_conditions"}
 
 
-def judged(name: str, damage: Damage, rig: str) -> Curated:
+def judged(name: str, damage: Damage, rig: str) -> CuratedTables:
     sound = SOUND[rig]
     logs = damage.logs(sound)
     logs = logs if isinstance(logs, list) else [logs]
     data = "measured" if name == "simulated_as_measured" else "simulated"
     config = sound.config.with_changes({"campaign": {"data": data}})
-    return check_logs([(f"log{n}", log) for n, log in enumerate(logs)], config, sound.kind)
+    return curate_logs([(f"log{n}", log) for n, log in enumerate(logs)], config, sound.kind)
 
 
 @pytest.mark.parametrize("rig", SOUND)
 def test_log_that_all_damages_are_planted_in_is_sound(rig: str) -> None:
     sound = SOUND[rig]
-    curated = check_logs([("log", sound.text())], sound.config, sound.kind)
+    curated = curate_logs([("log", sound.text())], sound.config, sound.kind)
     assert curated.quarantine.empty
     assert curated.points["accepted"].all()
 
@@ -54,14 +54,14 @@ def test_damage_is_refused_by_its_rule_and_spares_what_is_sound(name: str, rig: 
 def test_few_spikes_are_left_out_and_move_no_mean(rig: str) -> None:
     sound = SOUND[rig]
     middle = (sound.held.start + sound.held.stop) // 2
-    clean = check_logs([("log", sound.text())], sound.config, sound.kind).points
+    clean = curate_logs([("log", sound.text())], sound.config, sound.kind).points
 
     def spike(column: Any) -> Any:
         column[middle] *= 30
         return column
 
     log = sound.column(sound.sensor, spike)
-    points = check_logs([("log", log)], sound.config, sound.kind).points
+    points = curate_logs([("log", log)], sound.config, sound.kind).points
     assert points["accepted"].all()
     assert points["n_spikes"].sum() == clean["n_spikes"].sum() + 1
     name = sound.kind.sensor.column

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from bad_logs import CONFIG, Columns, csv, good
-from oilfilm.curation.curate import Curated, check_logs, collect
+from oilfilm.curation.curate import CuratedTables, collect, curate_logs
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, sentence_of
 from oilfilm.curation.traction_rig import TractionRig
 
@@ -18,11 +18,11 @@ RIG = CONFIG.rigs["ball-on-disc-20mm"]
 WITHIN = 5e-4
 
 
-def judged(values: Columns, **keys: object) -> Curated:
-    return check_logs([("log", csv(values, **keys))], CONFIG)
+def judged(values: Columns, **keys: object) -> CuratedTables:
+    return curate_logs([("log", csv(values, **keys))], CONFIG)
 
 
-def rules(curated: Curated) -> list[str]:
+def rules(curated: CuratedTables) -> list[str]:
     return curated.runs["rule"].tolist()
 
 
@@ -120,7 +120,7 @@ WITH_REST = (0.0, *SLIPS)
 def test_zero_of_settled_readings_is_tested_where_they_allow_it(
     offset: float, slips: tuple[float, ...], rule: str
 ) -> None:
-    curated = check_logs([("log", readings(offset, slips, scatter=2e-4))], CONFIG)
+    curated = curate_logs([("log", readings(offset, slips, scatter=2e-4))], CONFIG)
     assert rules(curated) == [rule]
     assert curated.runs["warning"].tolist() == [()]
 
@@ -133,7 +133,7 @@ def test_reading_of_no_traction_at_hardly_any_slip_is_no_zero_of_the_others(
     slip = np.array((1e-4, 0.01, *SLIPS))
     mu = curve(slip)
     mu[0] = nearest_mu
-    curated = check_logs([("log", readings_of(slip, mu))], CONFIG)
+    curated = curate_logs([("log", readings_of(slip, mu))], CONFIG)
     assert rules(curated) == [""]
 
 
@@ -147,12 +147,12 @@ def test_force_in_another_unit_is_named_even_if_a_reading_has_no_load(last_load_
         force_kn = float(mu) * float(load) / 1000
         load = str(last_load_n) if row == len(lines) - 1 else load
         lines[row] = ",".join([load, slip, f"{force_kn:.7f}", *others])
-    curated = check_logs([("log", ("\n".join(lines) + "\n").encode())], CONFIG)
+    curated = curate_logs([("log", ("\n".join(lines) + "\n").encode())], CONFIG)
     assert rules(curated) == ["no_traction"]
 
 
 def test_zero_of_readings_that_nothing_tests_is_taken_on_trust() -> None:
-    curated = check_logs([("log", readings(0.0035, SLIPS))], CONFIG)
+    curated = curate_logs([("log", readings(0.0035, SLIPS))], CONFIG)
     assert rules(curated) == [""]
     (warnings,) = curated.runs["warning"]
     assert [text.partition(":")[0] for text in warnings] == ["zero_on_trust"]
@@ -162,7 +162,7 @@ def test_signal_against_time_is_no_table_of_settled_readings() -> None:
     ramp = good(tuple(np.linspace(0.0, 0.2, 400)), seconds=1 / RATE_HZ)
     assert rules(judged(ramp, log_kind="steps")) == ["no_settled_readings"]
     slips = tuple(np.linspace(0.0, 0.2, 400))
-    assert rules(check_logs([("log", readings(0.0, slips, 1e-4))], CONFIG)) == [
+    assert rules(curate_logs([("log", readings(0.0, slips, 1e-4))], CONFIG)) == [
         "no_settled_readings"
     ]
 
@@ -225,7 +225,7 @@ def test_held_speed_is_named_where_few_plateaus_are_accepted() -> None:
     measured = judged(values)
     is_last_slip = measured.points["slide_roll_ratio"] > SLIPS[-2] + 0.01
     points = measured.points.assign(accepted=is_last_slip)
-    curated = collect(Curated(points, measured.runs, measured.quarantine), CONFIG)
+    curated = collect(CuratedTables(points, measured.runs, measured.quarantine), CONFIG)
     assert points["accepted"].sum() == 1
     assert "body_at_set_speed: the speed of the faster body" in curated.runs["warning"].iloc[0][-1]
 
@@ -234,7 +234,7 @@ def test_equal_readings_of_a_flat_curve_are_no_stuck_sensor() -> None:
     flat = tuple(np.round(np.arange(0.05, 0.3, 0.02), 2))
     slip = np.array((0.0, 0.005, 0.01, 0.02, 0.03, *flat))
     # from a slip of 5 % on, all 13 readings are 0.0500
-    curated = check_logs([("log", readings_of(slip, curve(slip).round(4)))], CONFIG)
+    curated = curate_logs([("log", readings_of(slip, curve(slip).round(4)))], CONFIG)
     assert rules(curated) == [""]
 
 
@@ -250,7 +250,7 @@ def test_traction_at_a_slip_that_noise_hides_is_no_zero_that_was_left() -> None:
         random = np.random.default_rng(seed)
         values["ball_speed"] *= 1 + 0.011 * random.standard_normal(len(values["time"]))
         log = csv(values, max_hertz_pressure_gpa=None)
-        curated = check_logs([("log", log)], settings)
+        curated = curate_logs([("log", log)], settings)
         first = curated.points.iloc[0]
         first_slips.append(first["slide_roll_ratio"] / first["slide_roll_ratio_se"])
         assert first["last_row"] <= rows + 2
@@ -277,7 +277,7 @@ def test_run_without_a_temperature_is_none_in_which_it_moves() -> None:
             )
         else:
             judged_points = points
-        curated = collect(Curated(judged_points, runs, measured.quarantine), settings)
+        curated = collect(CuratedTables(judged_points, runs, measured.quarantine), settings)
         warned[others] = [
             run.run_id
             for run in curated.runs.itertuples()
@@ -313,7 +313,7 @@ def test_traction_that_is_less_with_rising_slip_is_told_so(
             for part, rises in zip(parts, is_rising, strict=True)
         ]
     )
-    curated = check_logs([("log", readings_of(slip, factor * curve(slip)))], CONFIG)
+    curated = curate_logs([("log", readings_of(slip, factor * curve(slip)))], CONFIG)
     (warnings,) = curated.runs["warning"]
     (sentence,) = (text for text in warnings if text.startswith("branches_apart"))
     assert "with rising slip the traction coefficients are -8" in sentence

@@ -19,7 +19,9 @@ CLOCKS = (0.0, 0.1, 7.3, 1234.5, 86399.7)
 
 
 def rig_of(config: Settings, **others: Any) -> Any:
-    return SimpleNamespace(gates=config.gates, plateau_settings=config.curation.plateaus, **others)
+    return SimpleNamespace(
+        gate_limits=config.gates, plateau_settings=config.curation.plateaus, **others
+    )
 
 
 @pytest.mark.parametrize("side", [-1, 1])

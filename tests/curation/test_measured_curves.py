@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from campaigns import Campaign, without
-from oilfilm.curation.curate import curate
+from oilfilm.curation.curate import curate_samples
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.tables.failed_gates import failed_any_of
 from pcs_exports import shipped_numbers
@@ -56,7 +56,7 @@ def test_without_the_switch_no_point_of_unjudged_film_passes(etm: Campaign) -> N
     (samples,) = etm.ingested.samples_of_oil.values()
     runs = etm.ingested.runs.iloc[:20]
     samples = samples[samples["run_id"].isin(runs["run_id"])]
-    strict = curate(samples, runs, TractionRig(without(etm.config, "film_unjudged")))
+    strict = curate_samples(samples, runs, TractionRig(without(etm.config, "film_unjudged")))
     assert not strict.points["accepted"].any()
     assert failed_any_of(strict.points, ["film_not_judged"]).all()
     assert (strict.runs["verdict"] == "refused").all()

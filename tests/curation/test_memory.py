@@ -11,7 +11,7 @@ import pytest
 
 import bad_logs
 from campaigns import LABORATORY, ROOT
-from oilfilm.curation.curate import check_logs, curate_share
+from oilfilm.curation.curate import curate_logs, curate_share
 from oilfilm.logs.base import MOST_ROWS
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET
@@ -52,7 +52,7 @@ def allocated_bytes(log: bytes, settings: Settings, folder: Path, *, by_rule: bo
             samples = {oil: folder / f"{oil}.parquet" for oil in settings.oils}
             curate_share(logs, settings, NO_SHEET, samples, {})
         else:
-            check_logs([("log.csv", log)], settings)
+            curate_logs([("log.csv", log)], settings)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

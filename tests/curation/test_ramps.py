@@ -12,7 +12,7 @@ from bad_logs import CONFIG, csv
 from campaigns import rig_contact
 from nights import examples, quick_ones
 from oilfilm.curation import ramps
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolved import Settings
@@ -109,26 +109,26 @@ def ramp(
     )
 
 
-def curated(log: bytes, settings: Settings = CONFIG) -> Curated:
-    return check_logs([("ramp.csv", log)], settings)
+def curated(log: bytes, settings: Settings = CONFIG) -> CuratedTables:
+    return curate_logs([("ramp.csv", log)], settings)
 
 
 def with_zero(source: str) -> Settings:
     return CONFIG.with_changes({"campaign": {"semantics": {"zero": source}}})
 
 
-def verdict(judged: Curated) -> tuple[str, str]:
+def verdict(judged: CuratedTables) -> tuple[str, str]:
     (run,) = judged.runs.to_dict("records")
     return str(run["verdict"]), str(run["rule"])
 
 
-def warning_of_lag(judged: Curated) -> str:
+def warning_of_lag(judged: CuratedTables) -> str:
     (warnings,) = judged.runs["warning"]
     (text,) = [text for text in warnings if text.startswith("slip_ramp")]
     return str(text)
 
 
-def check_curve(judged: Curated, relative: float) -> None:
+def check_curve(judged: CuratedTables, relative: float) -> None:
     """Compare the accepted points with the planted curve."""
     points = judged.points[judged.points["accepted"]]
     assert len(points) >= 8
@@ -258,7 +258,7 @@ def test_error_of_a_row_counts_every_parameter_of_the_fit(zero_term_count: int) 
     for _ in range(20):
         noise = noise_n * random.standard_normal(row_count)
         rows = ramps._averaged_ramp(signals, lagged_force_n + noise)
-        knots = ramps._knots(rows, 1.4)
+        knots = ramps._make_knots(rows, 1.4)
         residual = ramps._lag_fit(rows, knots, 2.0, zero_term_count).fun
         taken_away.append((np.sum(noise**2) - np.sum(residual**2)) / noise_n**2)
     standard_error = np.std(taken_away) / np.sqrt(len(taken_away))

@@ -6,7 +6,7 @@ import pytest
 
 import bad_logs
 from nights import nightly, quick_ones
-from oilfilm.curation.curate import Curated, check_logs, collect
+from oilfilm.curation.curate import CuratedTables, collect, curate_logs
 from oilfilm.settings.resolved import Settings
 
 SLIPS = (0.0, 0.02, 0.03, 0.04, 0.05, 0.06, 0.08, 0.10, 0.12, 0.14, 0.17, 0.20, 0.0)
@@ -17,15 +17,15 @@ MEASURED = {
 
 
 @pytest.fixture(scope="module")
-def one_run() -> Curated:
-    return check_logs([("run.csv", bad_logs.csv(bad_logs.good(SLIPS)))], bad_logs.CONFIG)
+def one_run() -> CuratedTables:
+    return curate_logs([("run.csv", bad_logs.csv(bad_logs.good(SLIPS)))], bad_logs.CONFIG)
 
 
 def with_repeats(settings: Settings, repeated_conditions: str) -> Settings:
     return settings.with_changes({"campaign": {"repeated_conditions": repeated_conditions}})
 
 
-def repeats(one_run: Curated, count: int, seed: int) -> Curated:
+def repeats(one_run: CuratedTables, count: int, seed: int) -> CuratedTables:
     """The condition measured so many times, each time with errors of the stated size."""
     random = np.random.default_rng(seed)
     names = [f"run-{index:04d}.csv" for index in range(count)]
@@ -39,22 +39,22 @@ def repeats(one_run: Curated, count: int, seed: int) -> Curated:
         points[name] += points[error].fillna(0) * random.standard_normal(len(points))
     for name in ("load_n", "entrainment_speed_m_s", "inlet_temperature_c"):
         points[name] *= 1 + 1e-4 * random.uniform(-1, 1, len(points))
-    return Curated(points, runs, one_run.quarantine)
+    return CuratedTables(points, runs, one_run.quarantine)
 
 
-def refused_as(curated: Curated, rule: str) -> list[str]:
+def refused_as(curated: CuratedTables, rule: str) -> list[str]:
     return curated.runs.loc[curated.runs["rule"] == rule, "run_id"].tolist()
 
 
 @pytest.mark.parametrize("seed", quick_ones(range(3), [0]))
-def test_no_honest_repeat_is_a_copy(one_run: Curated, seed: int) -> None:
+def test_no_honest_repeat_is_a_copy(one_run: CuratedTables, seed: int) -> None:
     settings = with_repeats(bad_logs.CONFIG, "accept")
     curated = collect(repeats(one_run, 400, seed), settings)
     assert refused_as(curated, "duplicate_log") == []
 
 
 def test_copy_with_another_zero_and_fewer_digits_is_found_among_many_repeats(
-    one_run: Curated,
+    one_run: CuratedTables,
 ) -> None:
     measured = repeats(one_run, 100, seed=3)
     points = measured.points
@@ -71,7 +71,7 @@ def test_copy_with_another_zero_and_fewer_digits_is_found_among_many_repeats(
 @pytest.mark.parametrize("count", [200, nightly(1000)])
 @pytest.mark.parametrize("repeated_conditions", ["accept", "refuse"])
 def test_of_many_repeats_all_or_one_are_accepted(
-    one_run: Curated, repeated_conditions: str, count: int
+    one_run: CuratedTables, repeated_conditions: str, count: int
 ) -> None:
     measured = repeats(one_run, count, seed=4)
     curated = collect(measured, with_repeats(bad_logs.CONFIG, repeated_conditions))
@@ -79,7 +79,7 @@ def test_of_many_repeats_all_or_one_are_accepted(
     assert accepted.sum() == (count if repeated_conditions == "accept" else 1)
 
 
-def test_repeats_are_compared_as_one_pair_after_the_other(one_run: Curated) -> None:
+def test_repeats_are_compared_as_one_pair_after_the_other(one_run: CuratedTables) -> None:
     """The stated difference of each refused run is that of the two curves alone."""
     measured = repeats(one_run, 6, seed=5)
     points = measured.points
@@ -110,7 +110,7 @@ def test_runs_of_a_condition_without_a_common_slip_are_both_used() -> None:
         random = np.random.default_rng(seed)
         values["traction_force"] += 0.02 * random.standard_normal(len(values["time"]))
         logs.append((name, bad_logs.csv(values)))
-    curated = check_logs(logs, settings)
+    curated = curate_logs(logs, settings)
     reason_of_run = curated.runs.set_index("run_id")["reason"]
     assert refused_as(curated, "duplicate_condition") == ["c.csv", "d.csv"]
     assert curated.runs["rule"].tolist()[:2] == ["", ""]
@@ -126,7 +126,7 @@ def test_repeat_of_few_slips_does_not_contradict_one_of_many(names: tuple[str, s
         bad_logs.good((0.0, 0.01, 0.02, 0.04, 0.06, 0.08, 0.1, 0.15, 0.2, 0.3, 0.0))
     )
     settings = with_repeats(bad_logs.CONFIG, "refuse")
-    curated = check_logs(sorted(zip(names, (few, many), strict=True)), settings)
+    curated = curate_logs(sorted(zip(names, (few, many), strict=True)), settings)
     assert curated.runs["rule"].tolist() == ["", "duplicate_condition"]
 
 
@@ -157,11 +157,11 @@ def test_copy_is_found_in_whatever_order_the_logs_come(oil_of_name: dict[str, st
         logs.append((name, log_of(seed, oil_of_name[name], digits=2 if name == copy else 4)))
     settings = with_repeats(bad_logs.CONFIG, "accept")
     for logs_in_order in (logs, logs[::-1], sorted(logs), sorted(logs)[::-1]):
-        curated = check_logs(logs_in_order, settings)
+        curated = curate_logs(logs_in_order, settings)
         assert refused_as(curated, "duplicate_log") == [max(original, copy)]
 
 
-def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: Curated) -> None:
+def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: CuratedTables) -> None:
     """The middle one of three runs is a copy of both others, which are no copies of each other."""
     measured = repeats(one_run, 3, seed=8)
     points = measured.points
@@ -181,7 +181,7 @@ def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: Curated) -> N
     assert found == {both, middle, ()}
 
 
-def test_copy_is_found_among_points_in_whatever_order(one_run: Curated) -> None:
+def test_copy_is_found_among_points_in_whatever_order(one_run: CuratedTables) -> None:
     """Shares of a campaign and its oils come one after the other."""
     measured = repeats(one_run, 6, seed=7)
     points = measured.points
@@ -191,7 +191,7 @@ def test_copy_is_found_among_points_in_whatever_order(one_run: Curated) -> None:
     by_run = [points_of_run for _, points_of_run in points.groupby("run_id")]
     for order in ([0, 1, 2, 3, 4, 5], [4, 2, 0, 5, 1, 3], [5, 4, 3, 2, 1, 0]):
         in_order = pd.concat([by_run[index] for index in order], ignore_index=True)
-        curated = collect(Curated(in_order, measured.runs, measured.quarantine), settings)
+        curated = collect(CuratedTables(in_order, measured.runs, measured.quarantine), settings)
         assert refused_as(curated, "duplicate_log") == ["run-0004.csv"]
 
 

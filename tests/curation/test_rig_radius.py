@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from bad_logs import CONFIG, UNITS, csv, good
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 
 RIG = CONFIG.rigs["ball-on-disc-20mm"]
 CONTACT = RIG.contact()
@@ -21,7 +21,7 @@ PRESSURE_GPA = 1e-9 * (6 * LOAD_N * MODULUS_PA**2 / (np.pi**3 * CONTACT.radius_m
 def test_pressure_of_the_header_beside_a_load(factor: float, is_refused: bool) -> None:
     """A ball of 0.75 times the radius has 1.21 times the pressure."""
     log = csv(max_hertz_pressure_gpa=PRESSURE_GPA * factor, load_n=LOAD_N)
-    quarantine = check_logs([("log", log)], CONFIG).quarantine
+    quarantine = curate_logs([("log", log)], CONFIG).quarantine
     reasons = quarantine.loc[quarantine["rule"] == "rig_radius", "reason"]
     assert len(reasons) == is_refused
     for reason in reasons:
@@ -35,5 +35,5 @@ def test_column_of_the_pressure_beside_a_load(factor: float, is_refused: bool) -
     name = "stated_max_hertz_pressure_gpa"
     log = csv({**good(), "max_hertz_pressure": stated}, {**UNITS, "max_hertz_pressure": "GPa"})
     log = log.replace(b"max_hertz_pressure [GPa]", name.encode())
-    rules = check_logs([("log", log)], CONFIG).quarantine["rule"].tolist()
+    rules = curate_logs([("log", log)], CONFIG).quarantine["rule"].tolist()
     assert ("rig_radius" in rules) == is_refused

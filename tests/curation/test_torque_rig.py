@@ -8,7 +8,7 @@ import pytest
 
 import formats
 import torque_logs
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables import failed_gates
@@ -19,7 +19,7 @@ def measured(logs: list[tuple[str, bytes]], config: Settings) -> tuple[pd.DataFr
     """Plateaus and quarantine, by no more settings than the rule `torque_runs` lists."""
     of_campaign = ("header", "oil_aliases", "torque")
     listed = config.part("oils", "rigs", "torque_logs", "curation", campaign=of_campaign)
-    curated = check_logs(logs, Settings.of(listed), TorqueRig)
+    curated = curate_logs(logs, Settings.of(listed), TorqueRig)
     return curated.points, curated.quarantine
 
 

@@ -9,7 +9,7 @@ import pytest
 
 import torque_logs
 from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.tables import failed_gates
 
@@ -20,11 +20,11 @@ SPINDLES = ("ball_speed", "disc_speed")
 NO_SET_POINTS = dict.fromkeys(set(KEYS) - {"oil"})
 
 
-def judged(values: Columns, **keys: object) -> Curated:
-    return check_logs([("log", csv(values, **keys))], CONFIG)
+def judged(values: Columns, **keys: object) -> CuratedTables:
+    return curate_logs([("log", csv(values, **keys))], CONFIG)
 
 
-def rules(curated: Curated) -> list[str]:
+def rules(curated: CuratedTables) -> list[str]:
     """Rules that refuse the run or rows of it."""
     return curated.quarantine["rule"].tolist()
 
@@ -110,12 +110,12 @@ def test_slow_channel_that_is_written_in_few_rows_is_no_hole(every: int) -> None
         if index % every:
             lines[index] = line.rpartition(b",")[0] + b",\n"
     log = head + b"inlet_temperature [degC]\n" + b"".join(lines)
-    curated = check_logs([("log", log)], CONFIG)
+    curated = curate_logs([("log", log)], CONFIG)
     assert curated.runs["verdict"].tolist() == ["accepted"]
     assert set(rules(curated)) == {"unreadable_row"}
     # a hole of the slow channel is one
     hole = b"".join([*lines[:1500], *(b",,,,,\n" for _ in range(12 * every)), *lines[1500:]])
-    curated = check_logs([("log", head + b"inlet_temperature [degC]\n" + hole)], CONFIG)
+    curated = curate_logs([("log", head + b"inlet_temperature [degC]\n" + hole)], CONFIG)
     assert "missing_readings" in rules(curated)
 
 
@@ -126,7 +126,7 @@ def test_log_with_every_third_row_unusable_is_judged_on_the_others() -> None:
     lines[2::3] = [b",,,,,\n"] * len(lines[2::3])
     # the last row is used: as many steps of two rows as of one
     lines = lines[: len(lines) // 3 * 3 - 2]
-    curated = check_logs([("log", head + names + b"".join(lines))], CONFIG)
+    curated = curate_logs([("log", head + names + b"".join(lines))], CONFIG)
     assert curated.runs["verdict"].tolist() == ["accepted"]
     assert set(rules(curated)) == {"unreadable_row"}
 
@@ -141,7 +141,7 @@ def test_bearing_that_stands_still_for_a_while_has_no_stuck_speed() -> None:
     levels = np.repeat([0, 1, 0, 2, 3, 0], [120, 160, 140, 160, 160, 120])
     torque = np.array([0.0, 2.0, 3.0, 5.0])[levels]
     log = torque_logs.text(torque_logs.measured(3000.0 * levels, torque, 1))
-    curated = check_logs([("log", log)], CONFIG, TorqueRig)
+    curated = curate_logs([("log", log)], CONFIG, TorqueRig)
     assert rules(curated) == []
     kept = curated.points[curated.points["accepted"]]
     np.testing.assert_allclose(kept["torque_n_m"], [2, 3, 5], atol=0.03)
@@ -280,7 +280,7 @@ def test_warning_names_a_wrong_digit_of_time(row: int | slice, change_s: float, 
 
 def together(**logs: bytes) -> pd.Series:
     """The rule that refused each run; empty where none did."""
-    curated = check_logs(sorted(logs.items()), CONFIG)
+    curated = curate_logs(sorted(logs.items()), CONFIG)
     return curated.runs.set_index("run_id")["rule"]
 
 
@@ -323,7 +323,7 @@ def test_pressure_that_is_rounded_is_the_condition_of_its_load(load_n: float, ru
 @pytest.mark.parametrize(("key", "value"), [("settle_s", 800.0), ("window_s", 80.0)])
 def test_time_of_the_settings_that_no_run_can_meet_is_blamed(key: str, value: float) -> None:
     config = CONFIG.with_changes({"curation": {"plateaus": {key: value}}})
-    curated = check_logs([("log", csv(good(SWEEP)))], config)
+    curated = curate_logs([("log", csv(good(SWEEP)))], config)
     assert rules(curated) == ["long_setting"]
     assert f"curation.plateaus.{key} is {value:g}" in curated.runs.at[0, "reason"]
 

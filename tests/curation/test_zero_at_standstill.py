@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bad_logs import CONFIG, KEYS, Columns, csv
 from nights import examples
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.curation.zero import zero_reference
 from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
@@ -18,20 +18,20 @@ from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
 SHARE = CONFIG.curation.zero_reference.max_traction_share
 
 
-def judged(values: Columns, zero: str) -> Curated:
+def judged(values: Columns, zero: str) -> CuratedTables:
     campaign = {"semantics": {"zero": zero}, "film_unjudged": {"accept": True, "reason": "planted"}}
     keys = dict.fromkeys(set(KEYS) - {"oil"})
     config = CONFIG.with_changes({"campaign": campaign})
-    return check_logs([("log", csv(values, UNITS, **keys))], config)
+    return curate_logs([("log", csv(values, UNITS, **keys))], config)
 
 
-def largest_error(curated: Curated, slope: float = 5.0, shape: str = "exponential") -> float:
+def largest_error(curated: CuratedTables, slope: float = 5.0, shape: str = "exponential") -> float:
     points = curated.points[curated.points["accepted"]]
     truth = planted(points["slide_roll_ratio"].to_numpy(), slope, shape)
     return float(np.abs(points["traction_coefficient"] - truth).max())
 
 
-def reason(curated: Curated) -> str:
+def reason(curated: CuratedTables) -> str:
     assert curated.runs["verdict"].tolist() == ["refused"]
     return str(curated.quarantine["reason"].iloc[0])
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.random import Generator
 
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.settings.resolved import Settings
@@ -167,7 +167,7 @@ def carry(content: bytes, config: Settings, kind: type[RigKind] = TractionRig) -
 
     Asserts what must hold for any bytes. Readers raise where a row is lost.
     """
-    verdict = check_logs([("log", content)], config, kind)
+    verdict = curate_logs([("log", content)], config, kind)
     points, runs, quarantine = verdict.points, verdict.runs, verdict.quarantine
     assert len(points) == runs["plateaus"].sum()
     assert not np.isinf(points.select_dtypes("float")).any(axis=None)

@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from blind_lab.laboratory import CAMPAIGN, Laboratory
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.run_gates import WARNINGS
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
@@ -53,13 +53,13 @@ def settings_of(project: Path) -> Settings:
     return resolve(project / "config", {"campaign": CAMPAIGN})
 
 
-def curated(project: Path, settings: Settings) -> Curated:
+def curated(project: Path, settings: Settings) -> CuratedTables:
     """The verdicts on every log in the folder."""
     raw = project / "data" / "raw" / CAMPAIGN
-    return check_logs([(path.name, path.read_bytes()) for path in sorted(raw.iterdir())], settings)
+    return curate_logs([(path.name, path.read_bytes()) for path in sorted(raw.iterdir())], settings)
 
 
-def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
+def outcome(laboratory: Laboratory, verdicts: CuratedTables) -> Outcome:
     """Detection and false alarms of curation."""
     runs, listed = verdicts.runs.set_index("file"), verdicts.quarantine
     # a run of which most plateaus fail names their gates in its sentence
@@ -88,7 +88,7 @@ def outcome(laboratory: Laboratory, verdicts: Curated) -> Outcome:
 
 
 def with_fits(
-    outcome: Outcome, laboratory: Laboratory, verdicts: Curated, settings: Settings
+    outcome: Outcome, laboratory: Laboratory, verdicts: CuratedTables, settings: Settings
 ) -> None:
     """Add coverage of the intervals and errors of mu."""
     sound = {log.file for log in laboratory.sound}
@@ -107,7 +107,7 @@ def with_fits(
         outcome.rms[oil] = _rms(alone, laboratory, oil)
 
 
-def _of(verdicts: Curated, files: set[str]) -> pd.DataFrame:
+def _of(verdicts: CuratedTables, files: set[str]) -> pd.DataFrame:
     runs = verdicts.runs
     points = verdicts.points
     return points[points["run_id"].isin(runs.loc[runs["file"].isin(files), "run_id"])]

@@ -18,10 +18,10 @@ import yaml
 
 from oilfilm import tables
 from oilfilm.base import studies
-from oilfilm.curation.curate import Curated, curate_ingested
+from oilfilm.curation.curate import CuratedTables, curate_ingested
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.fits.fit import fit_oil
-from oilfilm.logs.ingest import Ingested, ingest_logs
+from oilfilm.logs.ingest import IngestedLogs, ingest_logs
 from oilfilm.physics.contact import Contact
 from oilfilm.physics.oils import Oil
 from oilfilm.settings.messages import load
@@ -64,8 +64,8 @@ class Campaign:
     config: Settings
     folder: Path
     truth: pd.DataFrame
-    ingested: Ingested
-    curated: Curated
+    ingested: IngestedLogs
+    curated: CuratedTables
 
     def fit(self, oil: str, **settings: Any) -> CampaignTables:
         config = self.config.with_changes({"fit": settings})

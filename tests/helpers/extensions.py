@@ -93,20 +93,20 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import FloatArray
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError, check_lines
-from oilfilm.logs.columns import header_text
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.base import NO_DIALECT, UnreadableLogError, check_text_size
+from oilfilm.logs.columns import text_of_value
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for an object of JSON."""
-    return head.startswith(b"{")
+    return first_bytes.startswith(b"{")
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `Reader.tables`."""
-    check_lines(content)
+    check_text_size(content)
     try:
         header, *rows = map(json.loads, content.splitlines())
         names, units = list(header["units"]), list(header["units"].values())
@@ -117,8 +117,8 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     def values(indices: Sequence[int]) -> list[FloatArray]:
         return [columns[index] for index in indices]
 
-    keys = {plain_key(name): header_text(value) for name, value in header["keys"].items()}
-    return NO_TEXT, [LoggedTable(keys, names, units, values, len(rows))]
+    keys = {plain_key(name): text_of_value(value) for name, value in header["keys"].items()}
+    return NO_DIALECT, [LoggedTable(keys, names, units, values, len(rows))]
 '''
 
 WRITER = """
@@ -134,7 +134,7 @@ WRITERS = {"jsonl": jsonl, """
 GATE = '''@gate
 def too_long(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """A level is held for so long that the oil may change."""
-    return points["duration_s"] > rig_kind.gates.duration_max_s
+    return points["duration_s"] > rig_kind.gate_limits.duration_max_s
 
 
 '''

@@ -18,9 +18,9 @@ from blind_lab.bench import Bench, Recording, draw_bench
 from blind_lab.truth import Oil, draw_machine, draw_oil
 from foreign_logs import CONDITIONS
 from oilfilm.cli import main
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.raw_files import raw_files
+from oilfilm.logs.raw_files import raw_log_names
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve
@@ -253,9 +253,9 @@ def first_use(laboratory: FirstUse, folder: Path) -> Outcome:
 def _accepted(project: Path) -> pd.DataFrame:
     settings = resolve(project / "config", {})
     raw = project / "data/raw"
-    paths = [raw / "june" / name for name in raw_files(raw / "june")]
+    paths = [raw / "june" / name for name in raw_log_names(raw / "june")]
     sheet = sheet_of_paths(paths, raw, settings, TRACTION)
-    points = check_logs([(str(path), read_bytes(path)) for path in paths], settings, sheet=sheet)
+    points = curate_logs([(str(path), read_bytes(path)) for path in paths], settings, sheet=sheet)
     accepted = points.points[points.points["accepted"]]
     # below that the zero of the force is most of the error
     return accepted[accepted["slide_roll_ratio"] > 0.01]

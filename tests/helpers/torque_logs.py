@@ -6,7 +6,7 @@ import pytest
 
 from campaigns import printed
 from oilfilm import tables
-from oilfilm.curation.curate import Curated, check_logs
+from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.settings.resolved import Settings
 
@@ -52,10 +52,10 @@ def text(frame: pd.DataFrame, header: str = "# oil: 4050\n") -> bytes:
     return header.encode() + frame.to_csv(index=False, lineterminator="\n").encode()
 
 
-def curated_logs(settings: Settings) -> tuple[dict[str, str], Curated, pd.DataFrame]:
+def curated_logs(settings: Settings) -> tuple[dict[str, str], CuratedTables, pd.DataFrame]:
     """Planted defect of each simulated log, the curated logs, and the table of the truth."""
     simulator = pytest.importorskip("simulated_lab.torque_logs")
     logs = list(simulator.simulate_torque(settings, printed()))
-    curated = check_logs([(plan.name, content) for plan, content, _ in logs], settings, TorqueRig)
+    curated = curate_logs([(plan.name, content) for plan, content, _ in logs], settings, TorqueRig)
     truth = tables.from_rows([row for *_, rows in logs for row in rows], "torque_truth")
     return {plan.name: plan.defect for plan, *_ in logs}, curated, truth

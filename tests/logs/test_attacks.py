@@ -9,7 +9,7 @@ from damages import SOUND
 from formats import WRITERS
 from nights import nightly
 from oilfilm.base.randomness import generator
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
@@ -22,7 +22,7 @@ def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) ->
     log, random = SOUND[rig], generator(1, "attack", rig)
     donor = SOUND["torque" if rig == "traction" else "traction"].text()
     content = mutator(log.text(), donor, random)
-    runs = check_logs([("log", content)], log.config, log.kind).runs
+    runs = curate_logs([("log", content)], log.config, log.kind).runs
     written = rows_written(content)
     if len(runs) and written is not None:
         samples = runs["samples"].sum()

@@ -16,7 +16,7 @@ import formats
 from bad_logs import CONFIG, KEYS, UNITS, csv, good
 from campaigns import LABORATORY, ROOT
 from oilfilm.base.errors import OilfilmError
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -29,8 +29,8 @@ def test_quantities_logged_twice_are_compared_and_cost_no_row(
 ) -> None:
     values = bad_logs.logged_twice()
     values["slide_roll_ratio"][[5, 100]] = np.nan
-    once = check_logs([("log", write(good(), UNITS))], CONFIG)
-    twice = check_logs([("log", write(values, bad_logs.UNITS_TWICE))], CONFIG)
+    once = curate_logs([("log", write(good(), UNITS))], CONFIG)
+    twice = curate_logs([("log", write(values, bad_logs.UNITS_TWICE))], CONFIG)
     assert twice.quarantine.empty
     assert_frame_equal(twice.points, once.points)
 
@@ -42,7 +42,7 @@ def text_beside(write: Callable[..., bytes]) -> bytes:
 
 @pytest.mark.parametrize("write", [formats.tdms, formats.as_parquet])
 def test_column_of_words_that_no_run_needs_is_let_be(write: Callable[..., bytes]) -> None:
-    verdict = check_logs([("log", text_beside(write))], CONFIG)
+    verdict = curate_logs([("log", text_beside(write))], CONFIG)
     assert verdict.quarantine.empty
     assert verdict.points["accepted"].all()
 
@@ -80,7 +80,7 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
 def test_bad_log_gets_its_verdict_in_a_sentence(rule: str, name: str) -> None:
     content, sentence = bad_logs.BAD_LOGS[rule][name]
     config = bad_logs.PCS_CONFIG if name.startswith("pcs") else CONFIG
-    verdict = check_logs([("log", content)], config)
+    verdict = curate_logs([("log", content)], config)
     reasons = verdict.quarantine.loc[verdict.quarantine["rule"] == rule, "reason"]
     assert any(sentence in reason for reason in reasons), verdict.quarantine["reason"].tolist()
     assert (verdict.quarantine["advice"] != "").all()
@@ -92,7 +92,7 @@ def test_file_named_as_a_run_of_another_one_is_told() -> None:
     channels = [c for group in ("a", "b") for c in formats.tdms_channels(group, good(), UNITS)]
     log = formats.tdms_file([RootObject(KEYS), *channels])
     with pytest.raises(OilfilmError, match=r"^log:b: "):
-        check_logs([("log", log), ("log:b", bad_logs.GOOD)], CONFIG)
+        curate_logs([("log", log), ("log:b", bad_logs.GOOD)], CONFIG)
 
 
 SLIPS = (0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, 0.0)
@@ -100,7 +100,7 @@ SLIPS = (0.0, 0.02, 0.04, 0.06, 0.08, 0.10, 0.12, 0.0)
 
 def reason(content: bytes, settings: Settings = CONFIG) -> tuple[str, str]:
     """Rule and sentence of the refusal of a run, or of the file where there is none."""
-    verdict = check_logs([("log", content)], settings)
+    verdict = curate_logs([("log", content)], settings)
     assert not verdict.points["accepted"].any()
     for run in verdict.runs.to_dict("records"):
         return run["rule"], run["reason"]
@@ -130,7 +130,7 @@ def test_unit_that_contradicts_the_log_is_refused(
     content = bad_logs.GOOD.replace(b"load [N]", name.encode())
     columns = {"load": {"name": "Normalkraft", "unit": given}}
     settings = CONFIG.with_changes({"campaign": {"columns": columns}})
-    quarantine = check_logs([("log", content)], settings).quarantine
+    quarantine = curate_logs([("log", content)], settings).quarantine
     told = quarantine["reason"].str.contains("is in 'N' by the log itself and in 'lbf' by").any()
     assert told == contradicts
 
@@ -139,7 +139,7 @@ def test_unit_that_contradicts_the_log_is_refused(
 def test_coarse_time_stamps_are_no_change_of_the_rate(resolution: float) -> None:
     values = good(seconds=12.0)
     coarse = np.floor(values["time"] / resolution + 1e-9) * resolution
-    runs = check_logs([("log", csv({**values, "time": coarse}))], CONFIG).runs
+    runs = curate_logs([("log", csv({**values, "time": coarse}))], CONFIG).runs
     assert "sampling_rate" not in set(runs["rule"])
 
 
@@ -162,7 +162,7 @@ def test_pressure_in_mpa_that_is_labelled_gpa_is_told(value: str) -> None:
     assert (rule, "below 10 (in GPa, not MPa)" in sentence) == ("header", True)
     values = {**good(), "load": np.full(len(good()["load"]), float(value))}
     content = formats.csv(values, {**UNITS, "load": "GPa"}, KEYS)
-    assert check_logs([("log", content)], CONFIG).points.empty
+    assert curate_logs([("log", content)], CONFIG).points.empty
 
 
 @pytest.mark.parametrize(("seconds", "rows", "told"), [(4.0, 20, True), (8.0, 10, False)])
@@ -171,7 +171,7 @@ def test_sensor_slower_than_the_log_is_told(seconds: float, rows: int, told: boo
     values = good(SLIPS, seconds)
     held = values["traction_force"][np.arange(len(values["time"])) // rows * rows]
     values["traction_force"] = held
-    verdict = check_logs([("log", csv(values))], CONFIG)
+    verdict = curate_logs([("log", csv(values))], CONFIG)
     run = verdict.runs.iloc[0]
     assert run["rule"] == ("held_readings" if told else "")
     assert ("20 rows (1 s)" in run["reason"]) == told
@@ -205,7 +205,7 @@ def test_rig_that_is_like_no_other_is_doubted(rig: dict[str, object], told: str)
     """The set point is a load, so that no pressure depends on radius and modulus."""
     settings = CONFIG.with_changes({"rigs": {RIG: rig}})
     content = csv(good(), load_n=82.2, max_hertz_pressure_gpa=None)
-    (warnings,) = check_logs([("log", content)], settings).runs["warning"]
+    (warnings,) = curate_logs([("log", content)], settings).runs["warning"]
     assert (told in "; ".join(warnings)) if told else warnings == ()
 
 

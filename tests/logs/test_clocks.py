@@ -8,7 +8,7 @@ import pytest
 from nptdms import ChannelObject, RootObject, TdmsWriter
 
 from bad_logs import CONFIG
-from oilfilm.logs.base import READING_NOTE, Reading
+from oilfilm.logs.base import READING_NOTE, ParsedLog
 from oilfilm.logs.ingest import read_log
 
 INTERVAL_S = 0.1
@@ -102,11 +102,11 @@ WRITERS: dict[str, Callable[[dict[str, Clock]], bytes]] = {
 }
 
 
-def read(content: bytes) -> Reading:
+def read(content: bytes) -> ParsedLog:
     return read_log(content, "log", CONFIG)[1]
 
 
-def check_truth(reading: Reading) -> np.ndarray:
+def check_truth(reading: ParsedLog) -> np.ndarray:
     """Compare each row with what the sensors read at its time; the times."""
     (run,) = reading.runs
     time = run.samples["time_s"]

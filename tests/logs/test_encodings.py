@@ -73,7 +73,7 @@ def test_log_of_a_country_is_read(language: str, encoding: str) -> None:
     assert (run.oil_name, len(run)) == ("4102", 30)
     np.testing.assert_allclose(run.samples["load_n"], VALUES["load"], atol=5e-4)
     if not encoding.startswith("utf"):
-        assert reading.form.encoding == encoding
+        assert reading.dialect.encoding == encoding
 
 
 @pytest.mark.parametrize("sign", ["°C", "µm", "m³", "kg/m³ and °C", "10±1 °C", "é"])

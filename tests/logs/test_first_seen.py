@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.settings.campaign import AcknowledgedChange, Dataset
 from oilfilm.settings.messages import first_mistake, validated
 
@@ -19,13 +19,13 @@ BEFORE, AFTER, LATER = (sha256(text).hexdigest() for text in (b"1.25", b"1.35", 
 
 
 @pytest.fixture
-def seen(tmp_path: Path) -> FirstSeen:
-    listing = FirstSeen("june", folder=tmp_path)
+def seen(tmp_path: Path) -> FirstSeenDigests:
+    listing = FirstSeenDigests("june", folder=tmp_path)
     listing.check_and_add({LOG.as_posix(): BEFORE, OTHER.as_posix(): BEFORE}, [])
-    return FirstSeen("june", folder=tmp_path)
+    return FirstSeenDigests("june", folder=tmp_path)
 
 
-def refusal(seen: FirstSeen, state: str, *acknowledged: AcknowledgedChange) -> str:
+def refusal(seen: FirstSeenDigests, state: str, *acknowledged: AcknowledgedChange) -> str:
     """What is said of a log in this state; empty where it is accepted."""
     try:
         seen.check_and_add({LOG.as_posix(): state}, [each.model_dump() for each in acknowledged])
@@ -42,7 +42,7 @@ def pasted(message: str, reason: str) -> list[AcknowledgedChange]:
     return dataset.acknowledged_changes
 
 
-def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeen) -> None:
+def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeenDigests) -> None:
     assert refusal(seen, BEFORE) == ""
     message = refusal(seen, AFTER)
     assert message.startswith(f"{LOG}: has changed since a run first read it")
@@ -51,7 +51,9 @@ def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeen) ->
     assert "config/campaigns/june.yaml" in message
 
 
-def test_pasted_lines_with_a_reason_keep_the_first_digest(seen: FirstSeen, tmp_path: Path) -> None:
+def test_pasted_lines_with_a_reason_keep_the_first_digest(
+    seen: FirstSeenDigests, tmp_path: Path
+) -> None:
     message = refusal(seen, AFTER)
     (change,) = pasted(message, "unit corrected")
     assert (change.log, change.reason) == (LOG.as_posix(), "unit corrected")
@@ -69,7 +71,7 @@ def test_pasted_lines_with_a_reason_keep_the_first_digest(seen: FirstSeen, tmp_p
     assert refusal(seen, BEFORE, change) == ""
 
 
-def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeen) -> None:
+def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeenDigests) -> None:
     assert (
         seen.sentence_on_missing([LOG.as_posix(), OTHER.as_posix(), "data/raw/june/new.csv"]) == ""
     )
@@ -79,18 +81,18 @@ def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeen) -> None:
     assert OTHER.as_posix() in seen.sentence_on_missing([LOG.as_posix()])
 
 
-def test_damaged_listing_is_no_empty_one(seen: FirstSeen, tmp_path: Path) -> None:
+def test_damaged_listing_is_no_empty_one(seen: FirstSeenDigests, tmp_path: Path) -> None:
     path = tmp_path / "june.sha256"
     path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))
     with pytest.raises(OilfilmError, match=re.escape(f"{path}, line 1: expected a sha256")):
-        FirstSeen("june", folder=tmp_path)
+        FirstSeenDigests("june", folder=tmp_path)
 
 
 def test_last_line_of_an_edited_listing_counts_without_a_line_end(
-    seen: FirstSeen, tmp_path: Path
+    seen: FirstSeenDigests, tmp_path: Path
 ) -> None:
     path = tmp_path / "june.sha256"
     path.write_text(path.read_text(encoding="utf-8").rstrip("\n"), encoding="utf-8")
-    assert LOG.as_posix() in FirstSeen("june", folder=tmp_path).sentence_on_missing(
+    assert LOG.as_posix() in FirstSeenDigests("june", folder=tmp_path).sentence_on_missing(
         [OTHER.as_posix()]
     )

@@ -5,7 +5,7 @@ import pytest
 
 import formats
 from bad_logs import CONFIG
-from oilfilm.logs.base import Reading
+from oilfilm.logs.base import ParsedLog
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolved import Settings
 
@@ -32,7 +32,7 @@ def torque_log(unit: str, format_name: str) -> bytes:
     return content.encode() if isinstance(content, str) else content
 
 
-def read(content: bytes, settings: Settings) -> Reading:
+def read(content: bytes, settings: Settings) -> ParsedLog:
     return read_log(content, "log", settings)[1]
 
 

@@ -31,7 +31,7 @@ def of_run(folder: Path, keep: bool = False) -> dict[str, str]:
     digests = LogDigests(folder.with_name("kept.json"))
     found = digests.digest_of_name(folder, ["a.csv", "b.csv"])
     if keep:
-        digests.keep()
+        digests.save()
     return found
 
 

@@ -19,13 +19,13 @@ from oilfilm.api.table_fit import (
     StatedByUser,
     read_mu_table,
 )
-from oilfilm.logs.header import split_unit
+from oilfilm.logs.header import split_bracketed_unit
 from oilfilm.logs.meaning import (
     DEFINITIONS_OF_QUANTITY,
     UNIT_BY_QUANTITY,
     is_unit_of,
     meaning_of,
-    stated_unit,
+    split_unit,
 )
 from oilfilm.logs.sniff import sniff
 
@@ -124,7 +124,7 @@ def test_no_unstated_meaning_becomes_a_number(said: str, name: str) -> None:
         definition = ""
     for quantity in quantities:
         column = COLUMN_OF[quantity]
-        unit = stated_unit(name)[1]
+        unit = split_unit(name)[1]
         table = TRUTH.rename(columns=PLAIN).drop(columns=PLAIN[column])
         table[name] = written(quantity, definition, unit if said != "nothing" else "")
         try:
@@ -295,8 +295,8 @@ def test_unit_of_the_user_that_contradicts_the_table_is_refused(
     name: str, unit_beside: str, stated: str
 ) -> None:
     """20 N would silently become 20 000 N."""
-    unit_of_table = unit_beside or stated_unit(name)[1]
-    unit_of_user = split_unit(stated)[1]
+    unit_of_table = unit_beside or split_unit(name)[1]
+    unit_of_user = split_bracketed_unit(stated)[1]
     with pytest.raises(ColumnsError, match="has the unit") as asked:
         stated_meaning_by_index([name], [unit_beside], stated_columns(stated))
     assert repr(unit_of_table) in asked.value.sentence
@@ -323,7 +323,7 @@ def test_unit_of_the_user_counts_where_the_table_has_no_other(
     name: str, unit_beside: str, stated: str
 ) -> None:
     (meaning,) = stated_meaning_by_index([name], [unit_beside], stated_columns(stated)).values()
-    assert meaning.unit == split_unit(stated)[1]
+    assert meaning.unit == split_bracketed_unit(stated)[1]
 
 
 @pytest.mark.parametrize("second", ["v", "v [m/s]"])
@@ -545,7 +545,7 @@ def table_with(columns: dict[str, float], quantity: str) -> pd.DataFrame:
 
 def with_row_of_units(folder: Path, table: pd.DataFrame) -> Path:
     """A file of a table whose units are in a row of their own below the names."""
-    names_and_units = [split_unit(str(name)) for name in table.columns]
+    names_and_units = [split_bracketed_unit(str(name)) for name in table.columns]
     lines = [";".join(name for name, _ in names_and_units)]
     lines.append(";".join(unit for _, unit in names_and_units))
     path = folder / "table.csv"

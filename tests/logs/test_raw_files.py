@@ -28,7 +28,7 @@ def test_every_file_is_a_log_or_passed_over_by_its_name(logs: set[str], others: 
         for name in logs | others:
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_text("x")
-        assert raw_files.raw_files(folder) == sorted(logs)
+        assert raw_files.raw_log_names(folder) == sorted(logs)
         assert {
             name for name in logs | others if raw_files.is_passed_over(folder / name, folder)
         } == others
@@ -41,7 +41,7 @@ def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: byt
     except (OSError, ValueError):
         pytest.skip("this file system has no such names")
     with pytest.raises(OilfilmError, match="Rename it"):
-        raw_files.raw_files(tmp_path)
+        raw_files.raw_log_names(tmp_path)
 
 
 def dangling(path: Path) -> None:
@@ -71,7 +71,7 @@ def test_log_that_cannot_be_reached_is_named_and_never_left_out(
     make(folder / "log.csv")
     make(folder / "other.csv")
     with pytest.raises(OilfilmError) as error:
-        raw_files.raw_files(folder)
+        raw_files.raw_log_names(folder)
     assert [problem in line for line in str(error.value).splitlines()] == [True, True]
 
 
@@ -88,12 +88,15 @@ def test_subfolder_without_rights_is_named(tmp_path: Path, monkeypatch: pytest.M
 
     monkeypatch.setattr(os, "scandir", denied)
     with pytest.raises(OilfilmError, match=r"june: cannot be read \(Permission denied\)"):
-        raw_files.raw_files(tmp_path)
+        raw_files.raw_log_names(tmp_path)
 
 
 def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
     logs = [f"4102_P1.00_U25_T{number:03d}.csv" for number in range(800)]
-    before, after = raw_files.shares_of(logs, 100), raw_files.shares_of([*logs, "x.csv"], 120)
+    before, after = (
+        raw_files.logs_by_share(logs, 100),
+        raw_files.logs_by_share([*logs, "x.csv"], 120),
+    )
     # 8 shares; a twentieth more is within four standard deviations of chance
     assert all(60 < len(files) < 140 for files in before.values())
     assert sorted(chain.from_iterable(before.values())) == logs
@@ -102,11 +105,11 @@ def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
 
 def test_shares_double_when_logs_are_more_than_a_share_takes() -> None:
     counts = [
-        len(raw_files.shares_of([f"{n}.csv" for n in range(logs)], 250))
+        len(raw_files.logs_by_share([f"{n}.csv" for n in range(logs)], 250))
         for logs in (1, 250, 251, 501)
     ]
     assert counts == [1, 1, 2, 4]
-    assert raw_files.shares_of([], 250) == {}
+    assert raw_files.logs_by_share([], 250) == {}
 
 
 # sha256 of "abc", from FIPS 180-2, appendix B.1
@@ -148,7 +151,7 @@ def test_logs_are_read_with_the_digests_that_a_job_expects_or_the_twin_wrote(
 def test_log_larger_than_any_is_listed_with_the_digest_of_all_of_it(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(raw_files, "LARGEST_LOG", 1)
+    monkeypatch.setattr(raw_files, "LARGEST_LOG_BYTES", 1)
     log = tmp_path / "a.csv"
     log.write_text("abc")
     logs = raw_files.RawLogs(Path("data/raw/june"), {"a.csv": log}, {"a.csv": ABC})

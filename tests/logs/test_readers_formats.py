@@ -11,7 +11,7 @@ import pytest
 import torque_logs
 from damages import SOUND, SoundLog
 from formats import UNITS, WRITERS, columns
-from oilfilm.logs.base import Reading
+from oilfilm.logs.base import ParsedLog
 from oilfilm.logs.ingest import ingest_logs, read_log
 from oilfilm.settings.resolved import Settings
 
@@ -50,13 +50,13 @@ def in_si_units(example: SoundLog) -> dict[str, np.ndarray]:
     }
 
 
-def read(content: bytes, config: Settings, example: SoundLog) -> Reading:
-    return read_log(content, "log", config, example.kind.kind_of_logs)[1]
+def read(content: bytes, config: Settings, example: SoundLog) -> ParsedLog:
+    return read_log(content, "log", config, example.kind.log_schema)[1]
 
 
 @every_log
 def test_written_values_come_back_in_si(config: Settings, example: SoundLog, name: str) -> None:
-    reader, reading = read_log(write(example, name, 200), "log", config, example.kind.kind_of_logs)
+    reader, reading = read_log(write(example, name, 200), "log", config, example.kind.log_schema)
     assert (reader, reading.row_count, reading.refusals) == (name, 200, [])
     (run,) = reading.runs
     assert (run.run_id, run.oil_name, run.refusal) == ("log", "4102", None)
@@ -92,10 +92,10 @@ def test_compressed_files_are_read_in_place(config: Settings, example: SoundLog,
     content = write(example, name, 5)
     for packed in (gzip.compress(content), arrow.compress(content, "zstd", asbytes=True)):
         # whatever the name says
-        reader, reading = read_log(packed, "log.csv", config, example.kind.kind_of_logs)
+        reader, reading = read_log(packed, "log.csv", config, example.kind.log_schema)
         assert (reader, len(reading.runs[0])) == (name, 5)
         runs = ingest_logs(
-            [("plain", content), ("packed", packed)], config, example.kind.kind_of_logs
+            [("plain", content), ("packed", packed)], config, example.kind.log_schema
         ).runs
         assert runs["sha256"].nunique() == 2
         assert runs["content_sha256"].nunique() == 1  # what refuses the copy

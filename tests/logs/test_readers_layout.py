@@ -16,8 +16,8 @@ import bad_logs
 import formats
 from bad_logs import CONFIG
 from oilfilm.logs import ingest, raw_files
-from oilfilm.logs.base import Reading, UnreadableLogError
-from oilfilm.logs.header import header_keys, misspelt_key_problem, named_keys
+from oilfilm.logs.base import ParsedLog, UnreadableLogError
+from oilfilm.logs.header import misspelt_key_problem, project_header, with_default_rig_and_oil
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
 from oilfilm.logs.text_rows import seconds_of_stamps
 from oilfilm.settings.resolved import Settings
@@ -125,7 +125,7 @@ SAME = {
 }
 
 
-def read(text: str, encoding: str = "utf-8") -> Reading:
+def read(text: str, encoding: str = "utf-8") -> ParsedLog:
     return read_log(text.encode(encoding), "log", CONFIG)[1]
 
 
@@ -206,7 +206,7 @@ def test_damaged_byte_keeps_the_encoding(write: Callable[..., bytes], encoding: 
     damaged = content[:place] + b"\xff" + content[place + 1 :]
     for log_bytes, rows in ((content, 20), (damaged, 19)):
         reading = read_log(log_bytes, "log", CONFIG)[1]
-        assert reading.form.encoding == encoding
+        assert reading.dialect.encoding == encoding
         assert len(reading.runs[0]) == rows
 
 
@@ -300,7 +300,7 @@ def test_what_is_written_comes_back(dialect: dict[str, Any], rows: list[tuple[fl
         np.testing.assert_allclose(samples, expected, rtol=1e-12, atol=2e-13 * 300)
 
 
-def read_rows(names: str, *rows: str, config: Settings = CONFIG) -> Reading:
+def read_rows(names: str, *rows: str, config: Settings = CONFIG) -> ParsedLog:
     log = "\n".join(["# oil: 4102", names, *rows, ""])
     return read_log(log.encode("gb18030"), "log", config)[1]
 
@@ -352,7 +352,7 @@ def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyP
     with pytest.raises(UnreadableLogError, match="16 MiB"):
         unpack(stacked)
     # a large log is no damaged one
-    monkeypatch.setattr(ingest, "LARGEST_LOG", 1 << 20)
+    monkeypatch.setattr(ingest, "LARGEST_LOG_BYTES", 1 << 20)
     with pytest.raises(UnreadableLogError, match="1 MiB") as error:
         unpack(gzip.compress(bad_logs.ROWS * 99))
     assert error.value.refusal.rule == "too_large"
@@ -369,7 +369,10 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
     (run,) = read_log(log, "log", CONFIG)[1].runs
     assert run.oil_name == "4102"
     # no name of an oil
-    assert header_keys({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"] == "4050"
+    assert (
+        with_default_rig_and_oil({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"]
+        == "4050"
+    )
 
 
 @pytest.mark.parametrize(
@@ -416,11 +419,11 @@ def test_word_of_its_own_is_no_slip_of_the_pen() -> None:
 )
 def test_header_set_point_may_have_a_unit(line: str, text: str, key: str, expected: float) -> None:
     config = with_campaign(header={"load_n": "Last"})
-    keys = named_keys({line: text, "oil": "4102"}, config)
+    keys = project_header({line: text, "oil": "4102"}, config)
     assert keys.keys() == {"oil", key}
     assert float(keys[key]) == pytest.approx(expected, rel=1e-11)
     # two lines that agree are one
-    assert named_keys({key: keys[key], line: text}, config).keys() == {key}
+    assert project_header({key: keys[key], line: text}, config).keys() == {key}
 
 
 @pytest.mark.parametrize(
@@ -463,7 +466,7 @@ def test_file_larger_than_any_log_is_refused(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     for module in (ingest, raw_files):
-        monkeypatch.setattr(module, "LARGEST_LOG", 1000)
+        monkeypatch.setattr(module, "LARGEST_LOG_BYTES", 1000)
     log = tmp_path / "log.csv"
     log.write_bytes(b"# oil: 4102\n" + 5000 * b"1,2,3,4,5,6\n")
     content = ingest.read_bytes(log)

@@ -9,15 +9,15 @@ import pytest
 import formats
 from bad_logs import CONFIG, PCS_CONFIG, PCS_ROW, PCS_TABLE, pcs
 from campaigns import ETM, ROOT, Campaign, carry_logs
-from oilfilm.curation.curate import check_logs
-from oilfilm.logs.base import Reading
+from oilfilm.curation.curate import curate_logs
+from oilfilm.logs.base import ParsedLog
 from oilfilm.logs.ingest import read_log
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables.failed_gates import failed_any_of
 from pcs_exports import FILM_EXPONENT, WRONG_ORDERS, film_export, shipped_steps, traction_export
 
 
-def read(content: bytes) -> Reading:
+def read(content: bytes) -> ParsedLog:
     return read_log(content, "log.txt", PCS_CONFIG)[1]
 
 
@@ -74,7 +74,7 @@ def test_export_as_published_gives_the_points_of_its_csv(real_pcs: Path, etm: Ca
     assert listed["refused_rows"].sum() == 60
 
 
-def film_slopes(reading: Reading, thickest_um: float) -> list[float]:
+def film_slopes(reading: ParsedLog, thickest_um: float) -> list[float]:
     """Slopes d ln h/d ln U of each step, films of a few nm and of a wrong order left out."""
     slopes = []
     for run in reading.runs:
@@ -204,7 +204,7 @@ def test_export_without_a_temperature_is_judged_by_the_other_gates() -> None:
     for set_point, celsius in (None, np.nan), (40.0, 40.0):
         changes = {"campaign": {"set_points": {"inlet_temperature_c": set_point}}}
         settings = PCS_CONFIG.with_changes(changes)
-        verdict = check_logs([("log", pcs(*rows, table=table))], settings)
+        verdict = curate_logs([("log", pcs(*rows, table=table))], settings)
         assert verdict.runs["reason"].tolist() == [""]
         # a set point stands for the column of settled readings
         np.testing.assert_array_equal(verdict.points["inlet_temperature_c"], 8 * [celsius])

@@ -22,12 +22,12 @@ from bad_logs import CONFIG, KEYS, PCS_ROW, UNITS, csv, good, pcs
 from campaigns import LABORATORY
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.logs.base import SET_POINT_KEYS as NAMED
-from oilfilm.logs.ingest import Ingested, ingest_logs
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.raw_files import find_sheet, raw_files
+from oilfilm.logs.ingest import IngestedLogs, ingest_logs
+from oilfilm.logs.log_schema import LogSchema
+from oilfilm.logs.raw_files import find_run_sheet, raw_log_names
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.torque_log import TORQUE
@@ -48,13 +48,15 @@ def sheet(
     text: str | bytes,
     files: Sequence[str] = ("a.csv",),
     settings: Settings = CONFIG,
-    kind: LogKind = TRACTION,
+    log_schema: LogSchema = TRACTION,
 ) -> RunSheet:
     content = text.encode() if isinstance(text, str) else text
-    return read_run_sheet(content, Path("runs.csv"), files, settings, kind)
+    return read_run_sheet(content, Path("runs.csv"), files, settings, log_schema)
 
 
-def ingested(text: str | bytes, logs: Mapping[str, bytes], settings: Settings = CONFIG) -> Ingested:
+def ingested(
+    text: str | bytes, logs: Mapping[str, bytes], settings: Settings = CONFIG
+) -> IngestedLogs:
     return ingest_logs(logs.items(), settings, TRACTION, sheet(text, list(logs), settings))
 
 
@@ -188,7 +190,7 @@ def test_sheet_beats_the_header(given: str, logged: Mapping[str, Any], named: st
 def test_excluded_run_is_listed_with_its_reason_and_keeps_its_rows() -> None:
     text = "file,exclude\na.csv,pump failed\nb.csv,no\n"
     logs = {"a.csv": csv(), "b.csv": csv(inlet_temperature_c=69.9)}
-    verdict = check_logs(logs.items(), CONFIG, sheet=sheet(text, list(logs)))
+    verdict = curate_logs(logs.items(), CONFIG, sheet=sheet(text, list(logs)))
     # b is a copy of a, which is not there for other runs
     assert verdict.runs.set_index("run_id")["verdict"].to_dict() == {
         "a.csv": "refused",
@@ -205,7 +207,7 @@ def test_excluded_run_is_listed_with_its_reason_and_keeps_its_rows() -> None:
 def test_excluded_log_is_listed_as_such_whatever_is_wrong_with_it(log: bytes) -> None:
     text = "file,oil,load_n,exclude\na.csv,water,?,wrong oil filled in"
     logs = {"a.csv": log}
-    verdict = check_logs(logs.items(), CONFIG, sheet=sheet(text))
+    verdict = curate_logs(logs.items(), CONFIG, sheet=sheet(text))
     listed = verdict.quarantine[verdict.quarantine["rule"] == "excluded"]
     assert listed["reason"].str.contains("wrong oil filled in").tolist() == [True]
     assert len(verdict.runs) or "besides" in listed["reason"].iloc[0]
@@ -403,7 +405,7 @@ def test_set_point_with_three_decimals_is_read_where_only_that_is_possible(
     text: str, set_point: str, expected: str
 ) -> None:
     (row_of_sheet,) = sheet(text).rows_of_log["a.csv"]
-    assert row_of_sheet.keys[set_point] == expected
+    assert row_of_sheet.text_of_key[set_point] == expected
 
 
 def test_all_mistakes_are_named_at_once() -> None:
@@ -429,7 +431,7 @@ def test_torque_log_gets_its_oil_from_the_sheet() -> None:
     }
     text = "file;oil;exclude\na.csv;4050;\nb.csv;4050;bearing was noisy\n"
     of_torque = sheet(text, list(logs), CONFIG, TORQUE)
-    curated = check_logs(logs.items(), CONFIG, TorqueRig, of_torque)
+    curated = curate_logs(logs.items(), CONFIG, TorqueRig, of_torque)
     assert curated.runs["oil"].tolist() == ["4050", "4050"]
     assert curated.runs["verdict"].tolist() == ["accepted", "refused"]
     assert curated.quarantine["rule"].tolist() == ["excluded"]
@@ -441,10 +443,10 @@ def test_part_of_a_share_changes_with_its_own_rows_alone() -> None:
     files = ["a.csv", "b.csv"]
 
     def parts(text: str) -> list[dict[str, Any]]:
-        return [sheet(text, files).plain([file], with_remarks=False) for file in files]
+        return [sheet(text, files).to_params([file], with_remarks=False) for file in files]
 
     before = parts("file,oil,remarks\na.csv,4102,\nb.csv,4102,\n")
-    assert RunSheet.of_plain(before[0]).rows_of_log == sheet("file,oil\na.csv,4102").rows_of_log
+    assert RunSheet.from_params(before[0]).rows_of_log == sheet("file,oil\na.csv,4102").rows_of_log
     # a remark, a row of no log and the order change no result
     again = "file,oil,remarks\nz.csv,4102,\nb.csv,4102,warm day\na.csv,4102,\n"
     assert parts(again) == before
@@ -456,11 +458,11 @@ def test_sheet_is_no_log_and_there_is_one(tmp_path: Path) -> None:
     (tmp_path / "june").mkdir()
     for name in ("a.csv", "Runs.CSV", "june/runs.csv", "~$runs.xlsx"):
         (tmp_path / name).write_text("x")
-    assert raw_files(tmp_path) == ["a.csv", "june/runs.csv"]
-    assert find_sheet(tmp_path) == tmp_path / "Runs.CSV"
+    assert raw_log_names(tmp_path) == ["a.csv", "june/runs.csv"]
+    assert find_run_sheet(tmp_path) == tmp_path / "Runs.CSV"
     (tmp_path / "runs.tsv").write_text("x")
     with pytest.raises(OilfilmError, match=r"Runs.CSV and runs.tsv"):
-        find_sheet(tmp_path)
+        find_run_sheet(tmp_path)
 
 
 def test_check_uses_the_sheet_nearby(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

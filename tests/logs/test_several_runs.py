@@ -9,7 +9,7 @@ from nptdms import ChannelObject
 
 import formats
 from bad_logs import CONFIG
-from oilfilm.logs.base import READING_NOTE, LoggedRun, Reading, distinct_names
+from oilfilm.logs.base import READING_NOTE, LoggedRun, ParsedLog, distinct_names
 from oilfilm.logs.ingest import read_log
 from oilfilm.logs.set_point_changes import row_indices_of_set_points
 
@@ -18,7 +18,7 @@ VALUES = formats.columns(ROWS)
 HALF = ROWS // 2
 
 
-def read(content: bytes | str, reader: str = "csv") -> Reading:
+def read(content: bytes | str, reader: str = "csv") -> ParsedLog:
     content = content.encode() if isinstance(content, str) else content
     name, reading = read_log(content, "log", CONFIG)
     assert name == reader

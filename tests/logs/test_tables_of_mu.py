@@ -11,7 +11,7 @@ import pytest
 from bad_logs import CONFIG
 from campaigns import LABORATORY, printed
 from command_line import printed_objects
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.sheet_file import read_run_sheet
 from oilfilm.logs.sniff import sniff
 from oilfilm.logs.traction_log import TRACTION
@@ -54,7 +54,7 @@ def table(labels: str = LABELS, without: Sequence[str] = (), **others: Any) -> b
 def test_table_of_mu_gives_points_with_the_mu_that_it_says(
     labels: str, without: Sequence[str], others: Mapping[str, float]
 ) -> None:
-    verdict = check_logs([("log", table(labels, without, **others))], SETTINGS)
+    verdict = curate_logs([("log", table(labels, without, **others))], SETTINGS)
     assert verdict.quarantine.empty
     points = verdict.points
     assert points["accepted"].all()
@@ -65,7 +65,7 @@ def test_table_of_mu_gives_points_with_the_mu_that_it_says(
 
 
 def test_table_that_does_not_say_that_its_rows_are_settled_lacks_the_time() -> None:
-    (refusal,) = check_logs([("log", table("# oil: 4102\n"))], SETTINGS).quarantine["reason"]
+    (refusal,) = curate_logs([("log", table("# oil: 4102\n"))], SETTINGS).quarantine["reason"]
     assert "columns time" in refusal
 
 
@@ -73,7 +73,7 @@ def test_run_sheet_may_say_that_rows_are_settled() -> None:
     sheet = read_run_sheet(
         b"file,oil,log_kind\n*.csv,4102,steps\n", Path("runs.csv"), ["a.csv"], SETTINGS, TRACTION
     )
-    verdict = check_logs([("a.csv", table(""))], SETTINGS, sheet=sheet)
+    verdict = curate_logs([("a.csv", table(""))], SETTINGS, sheet=sheet)
     assert verdict.points["accepted"].tolist() == [True] * len(SLIPS)
 
 
@@ -97,7 +97,7 @@ def test_gates_that_need_time_are_listed(
 def test_coefficient_is_never_taken_for_a_force_and_names_keep_their_blanks() -> None:
     found = sniff("mtm.csv", table(""), lambda *signals: None)
     # `Load (N)` is known without a guess
-    assert dict(found.candidates) == {
+    assert dict(found.candidates_of_quantity) == {
         "slide_roll_ratio": [("SRR (%)", "%")],
         "entrainment_speed": [("Mean speed (mm/s)", "mm/s")],
         "traction_coefficient": [("Traction Coeff (-)", "-")],
@@ -111,7 +111,7 @@ def test_two_names_that_may_be_one_quantity_are_both_shown() -> None:
     others = {"COF (-)": 0.1, "Friction coefficient (-)": 0.1}
     content = table("", ["Traction Coeff (-)"], **others)
     found = sniff("mtm.csv", content, lambda *signals: None)
-    assert [name for name, _ in found.candidates["traction_coefficient"]] == [
+    assert [name for name, _ in found.candidates_of_quantity["traction_coefficient"]] == [
         "COF (-)",
         "Friction coefficient (-)",
     ]

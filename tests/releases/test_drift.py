@@ -19,7 +19,7 @@ from nights import nightly
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.curation.curate import collect, curate
+from oilfilm.curation.curate import collect, curate_samples
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import canonical_json, read_manifest
@@ -70,7 +70,7 @@ def miscalibrated(demo: Campaign, frames: dict[str, pd.DataFrame], make: Make) -
     """The same after the load cell read 1 % too much in every run of 4102."""
     samples, runs = demo.ingested.samples_of_oil["4102"], demo.ingested.runs.query("oil == '4102'")
     heavier = samples.assign(load_n=1.01 * samples["load_n"])
-    curated = collect(curate(heavier, runs, TractionRig(demo.config)), demo.config)
+    curated = collect(curate_samples(heavier, runs, TractionRig(demo.config)), demo.config)
     again = tables_of(replace(demo, curated=curated), OILS[:1])
     both = {
         name: pd.concat([frame, frames[name].query("oil == '4050'")], ignore_index=True)

@@ -13,7 +13,7 @@ import torque_logs
 from bad_logs import PCS_CONFIG
 from campaigns import Campaign, carry_logs
 from oilfilm import tables
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.report.figures import style
@@ -170,7 +170,7 @@ def test_refused_torque_log_has_its_page_with_traction_logs(demo: Campaign, tmp_
     good = torque_logs.signals()
     signals = {"stuck.csv": good.assign(torque_n_m=3.25), "good.csv": good}
     logs = [(name, torque_logs.text(log)) for name, log in signals.items()]
-    quarantine = check_logs(logs, demo.config, TorqueRig).quarantine
+    quarantine = curate_logs(logs, demo.config, TorqueRig).quarantine
     torque = judged_torque_logs(logs, quarantine, demo.config)
     curated = demo.curated
     one = curated.runs[curated.runs["rule"] == "swapped_sign"]

@@ -5,7 +5,7 @@ from hashlib import sha256
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.logs.log_digests import LogDigests
-from oilfilm.logs.raw_files import find_sheet, raw_files, shares_of
+from oilfilm.logs.raw_files import find_run_sheet, logs_by_share, raw_log_names
 
 # File with the names of the logs when a run began. Its jobs on a cluster start later and read it.
 FOUND_LOGS_FILE = SNAKEMAKE_FOLDER / "oilfilm-logs.json"
@@ -18,7 +18,7 @@ def logs_found():
     folders = [RAW_FOLDER] if CAMPAIGN.torque is None else [RAW_FOLDER, TORQUE_RAW_FOLDER]
     return {
         folder.as_posix(): (
-            simulated_names(folder) if folder in SIMULATED_FOLDERS else raw_files(folder)
+            simulated_names(folder) if folder in SIMULATED_FOLDERS else raw_log_names(folder)
         )
         for folder in folders
     }
@@ -35,7 +35,7 @@ def simulated_names(folder):
 
 def run_sheet(folder, log_names):
     """What the run sheet in a folder of measured logs says of them; None where there is none."""
-    path = None if folder in SIMULATED_FOLDERS or not log_names else find_sheet(folder)
+    path = None if folder in SIMULATED_FOLDERS or not log_names else find_run_sheet(folder)
     if path is None:
         return None
     # imported where needed: pandas comes with them
@@ -58,7 +58,7 @@ try:
 except OilfilmError as mistake:
     stop(mistake)
 
-LOG_NAMES_OF_SHARE = shares_of(LOG_NAMES, SETTINGS.split.runs)
+LOG_NAMES_OF_SHARE = logs_by_share(LOG_NAMES, SETTINGS.split.runs)
 SHARES = list(LOG_NAMES_OF_SHARE)
 # Patterns of the files of samples, one per oil. They are texts of their own, because several rules
 # expand them: an output of a rule that is kept in object storage cannot be expanded.
@@ -90,18 +90,18 @@ def keep_logs_found():
     write_text(json.dumps(LOG_NAMES_BY_FOLDER), FOUND_LOGS_FILE)
     for folder, log_names in LOG_NAMES_BY_FOLDER.items():
         digests_of_logs(Path(folder), log_names)
-    LOG_DIGESTS.keep()
+    LOG_DIGESTS.save()
 
 
 def sheet_rows(folder, log_names, remarks=True):
     """The rows of the run sheet on some logs; remarks on it as a whole belong to one of the jobs."""
     sheet = RUN_SHEETS.get(folder)
-    return sheet.plain(log_names, with_remarks=remarks) if sheet else {}
+    return sheet.to_params(log_names, with_remarks=remarks) if sheet else {}
 
 
 def digests_of_sheets():
     """Digest of each run sheet by its path."""
-    paths = [find_sheet(folder) for folder, sheet in RUN_SHEETS.items() if sheet is not None]
+    paths = [find_run_sheet(folder) for folder, sheet in RUN_SHEETS.items() if sheet is not None]
     return {path.as_posix(): sha256(path.read_bytes()).hexdigest() for path in paths}
 
 

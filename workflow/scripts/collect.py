@@ -9,7 +9,7 @@ from oilfilm import tables
 from oilfilm.base.digests import mapping_digest
 from oilfilm.curation.coverage import coverage, gate_counts
 from oilfilm.curation.curate import compare_runs
-from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.raw_files import read_listings
 from oilfilm.report.spreadsheet import write_csv
 from oilfilm.tables.sorted_rows import sorted_rows
@@ -18,7 +18,7 @@ with run.job(snakemake) as job:
     inputs, outputs, params = snakemake.input, snakemake.output, snakemake.params
     if params.measured:
         digests = read_listings(*map(Path, inputs.digests))
-        first_seen = FirstSeen(job.settings.campaign.name, folder=Path(params.first_seen))
+        first_seen = FirstSeenDigests(job.settings.campaign.name, folder=Path(params.first_seen))
         first_seen.check_and_add(digests, params.acknowledged)
         removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:
@@ -34,7 +34,7 @@ with run.job(snakemake) as job:
     failed_gates = [tables.empty("points")[["run_id", "failed_gates"]]]
     with tables.writing("points", points_path, job.provenance, tables.ROW_GROUP) as write_part:
         for part in parts_in_order_of_runs:
-            points = compared.judged(part)
+            points = compared.judge_points(part)
             write_part(points)
             failed_gates.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
     counts_of_gates = gate_counts(runs, pd.concat(failed_gates), quarantine)

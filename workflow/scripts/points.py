@@ -12,7 +12,7 @@ with run.job(snakemake) as job:
     outputs = snakemake.output
     logs = job.raw_logs(job.settings.campaign.name)
     samples_path_by_oil = dict(zip(job.settings.oils, map(Path, outputs.samples), strict=True))
-    sheet = RunSheet.of_plain(snakemake.params.sheet)
+    sheet = RunSheet.from_params(snakemake.params.sheet)
     curated = curate_share(logs, job.settings, sheet, samples_path_by_oil, job.provenance)
     job.write({"points": curated.points, "runs": curated.runs, "quarantine": curated.quarantine})
     write_text(listing_text(logs.digest_of_path()), Path(outputs.logs))

@@ -31,7 +31,7 @@ with run.job(snakemake) as job:
     if job.settings.campaign.torque is not None:
         torque_quarantine = job.input_tables.torque_quarantine
         logs = job.raw_logs(f"{job.settings.campaign.name}-torque")
-        sheet = RunSheet.of_plain(snakemake.params.sheet)
+        sheet = RunSheet.from_params(snakemake.params.sheet)
         judged_logs_of_rigs.append(
             judged_torque_logs(
                 logs.select(torque_quarantine["file"]), torque_quarantine, job.settings, sheet

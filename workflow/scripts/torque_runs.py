@@ -4,19 +4,21 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from oilfilm.base.atomic_write import write_text
-from oilfilm.curation.curate import check_logs
+from oilfilm.curation.curate import curate_logs
 from oilfilm.curation.torque_rig import TorqueRig
-from oilfilm.logs.first_seen import FirstSeen
+from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.logs.raw_files import listing_text
 from oilfilm.logs.run_sheet import RunSheet
 
 with run.job(snakemake) as job:
     folder = f"{job.settings.campaign.name}-torque"
     logs = job.raw_logs(folder)
-    curated = check_logs(logs, job.settings, TorqueRig, RunSheet.of_plain(snakemake.params.sheet))
+    curated = curate_logs(
+        logs, job.settings, TorqueRig, RunSheet.from_params(snakemake.params.sheet)
+    )
     digests = logs.digest_of_path()
     if not logs.is_simulated:
-        first_seen = FirstSeen(
+        first_seen = FirstSeenDigests(
             job.settings.campaign.name, folder, folder=Path(snakemake.params.first_seen)
         )
         first_seen.check_and_add(digests, snakemake.params.acknowledged)

@@ -106,7 +106,7 @@ def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:
         source += inspect.getsource(function)
         helpers = (getattr(module, name, None) for name in re.findall(r"\b(_\w+)\(", source))
         to_read += [each for each in helpers if inspect.isfunction(each) and each not in to_read]
-    found = re.findall(r"\.(gates|stuck_settings)\.(\w+)", source)
+    found = re.findall(r"\.(gates|gate_limits|stuck_settings)\.(\w+)", source)
     return list(dict.fromkeys(found))
 
 

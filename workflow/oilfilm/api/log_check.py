@@ -25,19 +25,19 @@ from oilfilm import tables
 from oilfilm.api.folders import config_folder, project_folder
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.text_table import text_table
-from oilfilm.curation.curate import Curated, curate_ingested
+from oilfilm.curation.curate import CuratedTables, curate_ingested
 from oilfilm.curation.gate import RULES, Gate
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, advice_for
 from oilfilm.curation.rig_kind import TORQUE_KIND, TRACTION_KIND, RigKind
 from oilfilm.curation.run_gates import RUN_GATES
 from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import LOAD_KEYS, NOTHING_UNDERSTOOD, READING_NOTE, SET_POINT_KEYS
-from oilfilm.logs.first_seen import FirstSeen
-from oilfilm.logs.ingest import ReadLog, ingest_logs, read_bytes
-from oilfilm.logs.raw_files import named_logs, raw_files
+from oilfilm.logs.base import LOAD_KEYS, NO_INTERPRETATION, READING_NOTE, SET_POINT_KEYS
+from oilfilm.logs.first_seen import FirstSeenDigests
+from oilfilm.logs.ingest import LogSummary, ingest_logs, read_bytes
+from oilfilm.logs.raw_files import log_names_and_faults, raw_log_names
 from oilfilm.logs.run_sheet import RunSheet
-from oilfilm.logs.sheet_file import is_run_sheet, sheet_of_paths
+from oilfilm.logs.sheet_file import is_run_sheet_of_any_campaign, sheet_of_paths
 from oilfilm.settings.resolve import campaign_names, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.shape import FEWEST_CURVES
@@ -147,7 +147,7 @@ def check(
     files: list[Path] = []
     for path in map(Path, logs):
         if path.is_dir():
-            files += [path / name for name in raw_files(path)]
+            files += [path / name for name in raw_log_names(path)]
         else:
             files.append(path)
     config_option = None if config is None else Path(config)
@@ -156,7 +156,9 @@ def check(
     given_campaign = campaign or _campaign_name_of(files, raw_folder, settings_folder)
     settings = resolve(settings_folder, {"campaign": given_campaign} if given_campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
-    log_paths = [path for path in dict.fromkeys(files) if not is_run_sheet(path, raw_folder)]
+    log_paths = [
+        path for path in dict.fromkeys(files) if not is_run_sheet_of_any_campaign(path, raw_folder)
+    ]
     if not log_paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")
     campaign_name = settings.campaign.name
@@ -216,9 +218,11 @@ def _advice_for_logs_of_no_campaign(campaign_name: str) -> str:
 def _sentences_on_missing_logs(campaign_name: str, raw_folder: Path) -> Iterator[str]:
     """Sentences on the logs of a campaign that an earlier run has read and that are missing now."""
     for folder_name in (campaign_name, f"{campaign_name}-torque"):
-        first_seen = FirstSeen(campaign_name, folder_name, folder=raw_folder.parent / "first_seen")
+        first_seen = FirstSeenDigests(
+            campaign_name, folder_name, folder=raw_folder.parent / "first_seen"
+        )
         folder = raw_folder / folder_name
-        logs_now = named_logs(folder) if folder.is_dir() else ()
+        logs_now = log_names_and_faults(folder) if folder.is_dir() else ()
         sentence = first_seen.sentence_on_missing(
             f"data/raw/{folder_name}/{name}" for name, _ in logs_now
         )
@@ -283,7 +287,7 @@ def _reports_and_points(
         paths = [path for path in reader_by_path if rig_class_of(path, settings) is rig_class]
         if paths:
             sheet = sheet_of_paths(
-                [Path(path) for path in paths], raw_folder, settings, rig_class.kind_of_logs
+                [Path(path) for path in paths], raw_folder, settings, rig_class.log_schema
             )
             contents = ((path, reader_by_path[path]()) for path in paths)
             reports_of_kind, curated = _reports_and_tables(contents, settings, rig_class, sheet)
@@ -337,13 +341,13 @@ def reports_on_logs_of_kind(
 
 def _reports_and_tables(
     logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
-) -> tuple[list[JsonObject], Curated]:
+) -> tuple[list[JsonObject], CuratedTables]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
-    ingested = ingest_logs(logs, settings, rig_class.kind_of_logs, run_sheet)
+    ingested = ingest_logs(logs, settings, rig_class.log_schema, run_sheet)
     curated = curate_ingested(ingested, rig_class(settings))
     reports = []
-    for read_log in ingested.logs:
-        path = read_log.file
+    for log_summary in ingested.logs:
+        path = log_summary.file
         runs = tables.rows(curated.runs[curated.runs["file"] == path])
         refusals = curated.quarantine[curated.quarantine["file"] == path]
         is_accepted = runs and all(run["verdict"] != "refused" for run in runs)
@@ -352,16 +356,18 @@ def _reports_and_tables(
             "campaign": settings.campaign.name,
             "verdict": "accepted" if is_accepted else "refused",
             "rig_kind": rig_class.name,
-            "format": read_log.format_name,
+            "format": log_summary.format_name,
             # encoding, delimiter and decimal mark
-            **asdict(read_log.form),
-            "rows": read_log.row_count,
+            **asdict(log_summary.dialect),
+            "rows": log_summary.row_count,
             "refused_rows": int(refusals["refused_rows"].sum()),
             "run_sheet_rows": len(run_sheet.rows_of_log[path])
             if path in run_sheet.rows_of_log
             else None,
             "refusals": tables.rows(refusals[_REFUSAL_COLUMNS]),
-            "runs": [_report_on_run(run, read_log, curated, settings, rig_class) for run in runs],
+            "runs": [
+                _report_on_run(run, log_summary, curated, settings, rig_class) for run in runs
+            ],
         }
         reports.append(log_report)
     return reports, curated
@@ -369,21 +375,21 @@ def _reports_and_tables(
 
 def _report_on_run(
     run: Mapping[str, Any],
-    read_log: ReadLog,
-    curated: Curated,
+    log_summary: LogSummary,
+    curated: CuratedTables,
     settings: Settings,
     rig_class: type[RigKind],
 ) -> JsonObject:
     """The report on one run of a log, as plain values."""
     points = curated.points[curated.points["run_id"] == run["run_id"]]
-    understood = read_log.understood_of_run.get(run["run_id"], NOTHING_UNDERSTOOD)
-    source_by_key = understood.source_of_key
+    interpretation = log_summary.interpretation_of_run.get(run["run_id"], NO_INTERPRETATION)
+    source_by_key = interpretation.source_of_key
     is_traction = rig_class.name == TRACTION_KIND
     ranges = points[list(_MEASURED_COLUMNS_BY_KIND[rig_class.name])].agg(["min", "max"])
     run_report: JsonObject = {name: run[name] for name in _RUN_COLUMNS}
     warnings = [*run["warning"]]
     if not is_traction:
-        warnings += radial_load_warnings(understood.unused_names)
+        warnings += radial_load_warnings(interpretation.unused_names)
     run_report["warning"] = "; ".join(warnings)
     run_report["oil_source"] = source_by_key.get("oil", _FROM_CAMPAIGN)
     run_report["rig_source"] = source_by_key.get(
@@ -391,8 +397,8 @@ def _report_on_run(
     )
     run_report["rows"] = run["samples"]
     run_report["accepted_plateaus"] = run["accepted_points"]
-    run_report["columns"] = [asdict(column) for column in understood.columns]
-    run_report["unused_columns"] = [name for name in understood.unused_names if name]
+    run_report["columns"] = [asdict(column) for column in interpretation.columns]
+    run_report["unused_columns"] = [name for name in interpretation.unused_names if name]
     run_report["set_points"] = _set_point_values(run, source_by_key) if is_traction else {}
     run_report["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     run_report["failed_gates"] = list(_failed_gate_reports(points, rig_class))

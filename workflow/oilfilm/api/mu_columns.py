@@ -16,7 +16,7 @@ import numpy as np
 
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.units import FloatArray, possible_conversion
-from oilfilm.logs.header import split_unit
+from oilfilm.logs.header import split_bracketed_unit
 from oilfilm.logs.meaning import (
     DEFINITION_IN_WORDS,
     DEFINITIONS_OF_QUANTITY,
@@ -25,7 +25,7 @@ from oilfilm.logs.meaning import (
     is_unit_of,
     meaning_of,
     rank_of,
-    stated_unit,
+    split_unit,
 )
 
 # A slide-roll ratio is at most 2 while both surfaces move in one direction: more is in %.
@@ -169,7 +169,7 @@ def _stated_column(quantity: str, text: str) -> StatedColumn:
         name_and_unit, definition = text, ""
     name_and_unit = name_and_unit.strip()
     # only a unit in brackets: the user types the name as the table has it
-    name, unit = split_unit(name_and_unit)
+    name, unit = split_bracketed_unit(name_and_unit)
     # a name with its unit needs no other unit
     meaning_by_name = {
         text: Meaning(quantity, definition),
@@ -259,7 +259,7 @@ def _indices_of_name(
     indices = [
         index
         for index, column_name in enumerate(column_names)
-        if name in (column_name, split_unit(column_name)[0], stated_unit(column_name)[0])
+        if name in (column_name, split_bracketed_unit(column_name)[0], split_unit(column_name)[0])
     ]
     if len(indices) < 2:
         return indices
@@ -381,7 +381,7 @@ def _refuse_other_unit(stated_meaning: Meaning, column_name: str, unit_beside: s
         ColumnsError: The units differ by factor or offset.
     """
     unit_in_name = _unit_in_name(column_name)
-    is_in_brackets = split_unit(column_name)[1] != ""
+    is_in_brackets = split_bracketed_unit(column_name)[1] != ""
     quantity = stated_meaning.quantity
     if not is_in_brackets and (quantity == NOTHING or not is_unit_of(unit_in_name, quantity)):
         unit_in_name = ""
@@ -436,7 +436,7 @@ def _whole_name(column_name: str, unit: str) -> str:
 def _unit_in_name(column_name: str) -> str:
     """The unit that a name states; empty where it states none, as the symbol `F_n`."""
     meaning = meaning_of(column_name)
-    return stated_unit(column_name)[1] if meaning is None else meaning.unit
+    return split_unit(column_name)[1] if meaning is None else meaning.unit
 
 
 # ---------------------------------------------------------------- what the numbers say

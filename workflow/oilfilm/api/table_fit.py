@@ -41,7 +41,7 @@ from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import VocabularyInWords, label_of, meaning_of
+from oilfilm.logs.meaning import WordVocabulary, label_kind_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
 from oilfilm.traction import LAWS, PAPER_LAW
@@ -61,10 +61,10 @@ _POINT_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, 
 # Quantity and unit of each column that a table of mu may have under the project's own name.
 _QUANTITY_AND_UNIT_BY_COLUMN = {
     column: quantity
-    for column, quantity in TRACTION.vocabulary.project_names.items()
+    for column, quantity in TRACTION.vocabulary.quantity_and_unit_of_project_name.items()
     if column in _POINT_COLUMNS
 }
-VOCABULARY = VocabularyInWords("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
+VOCABULARY = WordVocabulary("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
 # Column of the points by the quantity that a name means.
 _COLUMN_BY_QUANTITY = {
     "max_hertz_pressure": PRESSURE,
@@ -428,10 +428,10 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        meaning_of_name = dict(
+        stated_meaning_of_name = dict(
             reading for column in stated_by_user.columns for reading in column.readings
         )
-        vocabulary = replace(VOCABULARY, meaning_of_name=meaning_of_name)
+        vocabulary = replace(VOCABULARY, stated_meaning_of_name=stated_meaning_of_name)
         _, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
@@ -441,7 +441,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
     for logged_table in logged_tables:
         mu_table.notes = list(logged_table.notes)
         mu_table.column_names = logged_table.names
-        mu_table.says_simulated |= logged_table.keys.get("simulated", "no") != "no"
+        mu_table.says_simulated |= logged_table.text_of_key.get("simulated", "no") != "no"
         mu_table.points = pd.DataFrame()
         name_by_quantity = _add_points(mu_table, logged_table, stated_by_user)
         _add_labels(mu_table, logged_table, name_by_quantity.values())
@@ -478,7 +478,10 @@ def _index_of_label(
 ) -> int | None:
     """Index of the first free column whose name is that of a label; None if there is none."""
     for index, column_name in enumerate(column_names):
-        if label_of(column_name) == label_column and plain_key(column_name) not in names_in_use:
+        if (
+            label_kind_of(column_name) == label_column
+            and plain_key(column_name) not in names_in_use
+        ):
             return index
     return None
 
@@ -493,7 +496,7 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
     try:
         if content.startswith(_PARQUET_SIGNATURE):
             return [("", _tab_separated(pd.read_parquet(io.BytesIO(content))))]
-        if content.startswith(workbook.SIGNATURE):
+        if content.startswith(workbook.ZIP_SIGNATURE):
             is_opendocument = opendocument.recognises(content)
             reader = opendocument if is_opendocument else workbook
             titled_texts = reader.sheet_texts(content)

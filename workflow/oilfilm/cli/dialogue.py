@@ -21,10 +21,10 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import conversion
 from oilfilm.cli.arguments import quantity
 from oilfilm.cli.settings_line import FILL_IN, settings_line
-from oilfilm.logs.header import split_unit
+from oilfilm.logs.header import split_bracketed_unit
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import stated_unit
-from oilfilm.logs.raw_files import raw_files
+from oilfilm.logs.meaning import split_unit
+from oilfilm.logs.raw_files import raw_log_names
 from oilfilm.logs.sniff import VOCABULARY
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.messages import first_mistake
@@ -130,7 +130,7 @@ def check_project(folder: Path, campaign_name: str) -> ProjectCheck:
     try:
         settings = resolve(folder / "config", {})
         logs_folder = raw_folder / campaign_name
-        log_paths = [logs_folder / name for name in raw_files(logs_folder)]
+        log_paths = [logs_folder / name for name in raw_log_names(logs_folder)]
         reader_by_path = {str(path): partial(read_bytes, path) for path in log_paths}
         log_reports = reports_on_logs(reader_by_path, settings, raw_folder)
         return ProjectCheck("", log_reports, list(settings.rigs))
@@ -374,15 +374,17 @@ def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dic
     Raises:
         OilfilmError: The logs have no such column.
     """
-    matching_names = [name for name in column_names if answer in (name, split_unit(name)[0])]
+    matching_names = [
+        name for name in column_names if answer in (name, split_bracketed_unit(name)[0])
+    ]
     if not matching_names:
         raise OilfilmError(
             f"no log has the column {answer!r}; there are {', '.join(column_names)}."
         )
-    column_name, unit = split_unit(matching_names[0])
+    column_name, unit = split_bracketed_unit(matching_names[0])
     if unit:
         return {"name": [column_name]}
-    _, unit = stated_unit(column_name)
+    _, unit = split_unit(column_name)
     is_known = unit != "" and VOCABULARY.is_convertible(key, unit)
     return {"name": [column_name], "unit": unit if is_known else None}
 
@@ -393,7 +395,7 @@ def _refuse_unit(key: str, unit: str) -> None:
     Raises:
         OilfilmError: It cannot.
     """
-    usable_units = tuple(VOCABULARY.quantities[key])
+    usable_units = tuple(VOCABULARY.units_of_quantity[key])
     try:
         conversion(unit, usable_units).convert(np.array(1.0))
     except ValueError:

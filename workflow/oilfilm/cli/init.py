@@ -26,17 +26,17 @@ from oilfilm.base.units import conversion
 from oilfilm.cli.dialogue import ProjectCheck, check_project, converse, open_lines, outcome_lines
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import why_not_rolling
-from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, zero_source
+from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, find_zero_source
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.meaning import concepts_in, meaning_of, stated_unit
-from oilfilm.logs.raw_files import find_sheet, is_sheet, raw_files, unfit_name
+from oilfilm.logs.meaning import concepts_in, meaning_of, split_unit
+from oilfilm.logs.raw_files import find_run_sheet, is_run_sheet_of, name_fault, raw_log_names
 from oilfilm.logs.sniff import (
     VOCABULARY,
     Findings,
     SniffedLog,
-    rows_of_sheet,
-    set_points,
+    measured_set_points,
+    runs_for_run_sheet,
     shipped_names,
     sniff,
 )
@@ -272,12 +272,12 @@ def _findings_and_other_files(
         source: settings.with_changes({"campaign": {"semantics": {"zero": source}}})
         for source in ZERO_SOURCES_BEST_FIRST
     }
-    source_of_zero = partial(zero_source, settings_by_source=settings_by_source)
+    source_of_zero = partial(find_zero_source, settings_by_source=settings_by_source)
     sniffed_files = [
         sniff(log_name, read_bytes(path), source_of_zero)
         for log_name, path in path_by_log_name.items()
     ]
-    findings = Findings([log for log in sniffed_files if log.is_log])
+    findings = Findings([log for log in sniffed_files if log.may_be_log])
     _refuse_sliding_rigs(sniffed_files, path_by_log_name)
     if not findings.logs_with_columns:
         problems = "\n".join(f"  {log.file}: {log.problem}" for log in sniffed_files)
@@ -286,7 +286,7 @@ def _findings_and_other_files(
             f"{problems}\n`oilfilm fit` takes a table of traction coefficients. data/raw/README.md "
             "of oilfilm says what logs need."
         )
-    return findings, [log for log in sniffed_files if not log.is_log]
+    return findings, [log for log in sniffed_files if not log.may_be_log]
 
 
 def _refuse_sliding_rigs(
@@ -315,18 +315,18 @@ def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]
     path_by_log_name: dict[str, Path] = {}
     sheet_files: list[Path] = []
     for path in paths:
-        named_logs: dict[str, Path] = {}
+        path_of_log_name: dict[str, Path] = {}
         if path.is_dir():
-            named_logs = {name: path / name for name in raw_files(path)}
-            sheet_file = find_sheet(path)
+            path_of_log_name = {name: path / name for name in raw_log_names(path)}
+            sheet_file = find_run_sheet(path)
             if sheet_file:
                 sheet_files.append(sheet_file)
-        elif is_sheet(path, path.parent):
+        elif is_run_sheet_of(path, path.parent):
             sheet_files.append(path)
         else:
-            named_logs = {path.name: path}
-        for log_name, log_path in named_logs.items():
-            fault = unfit_name(log_name, log_path)
+            path_of_log_name = {path.name: path}
+        for log_name, log_path in path_of_log_name.items():
+            fault = name_fault(log_name, log_path)
             if fault:
                 raise OilfilmError(fault)
             first_path = path_by_log_name.setdefault(log_name, log_path)
@@ -377,10 +377,10 @@ def _needs_radii(findings: Findings) -> bool:
 
 def _converted_unit(column_name: str, quantity: str) -> str:
     """The unit of a quantity to which the unit in a column's name converts; empty without one."""
-    _, unit = stated_unit(column_name)
+    _, unit = split_unit(column_name)
     if not unit or not VOCABULARY.is_convertible(quantity, unit):
         return ""
-    return conversion(unit, tuple(VOCABULARY.quantities[quantity])).unit
+    return conversion(unit, tuple(VOCABULARY.units_of_quantity[quantity])).unit
 
 
 # ---------------------------------------------------------------- the files
@@ -442,13 +442,15 @@ def _has_known_contact(rig_name: str) -> bool:
 
 def lines_on_forms(findings: Findings) -> Iterator[str]:
     """The forms of the logs with their numbers, one line per form; then the unreadable logs."""
-    log_count_by_form = Counter((log.format_name, log.form) for log in findings.logs).most_common()
-    for (format_name, form), count in log_count_by_form:
+    log_count_by_dialect = Counter(
+        (log.format_name, log.dialect) for log in findings.logs
+    ).most_common()
+    for (format_name, dialect), count in log_count_by_dialect:
         attributes = [format_name]
-        if form.encoding:
-            attributes.append(form.encoding)
-        if form.delimiter:
-            attributes += [f"delimiter {form.delimiter}", f"decimal {form.decimal_mark}"]
+        if dialect.encoding:
+            attributes.append(dialect.encoding)
+        if dialect.delimiter:
+            attributes += [f"delimiter {dialect.delimiter}", f"decimal {dialect.decimal_mark}"]
         yield f"{count} {'log' if count == 1 else 'logs'}: {', '.join(attributes)}"
     for log in findings.logs:
         if log.problem:
@@ -457,7 +459,7 @@ def lines_on_forms(findings: Findings) -> Iterator[str]:
 
 def _column_lines(findings: Findings) -> Iterator[Line]:
     """Lines of the group `columns`."""
-    for quantity in VOCABULARY.quantities:
+    for quantity in VOCABULARY.units_of_quantity:
         column_names = findings.column_names_of_quantity.get(quantity)
         unit, unit_is_unknown = findings.unit_for_campaign_file(quantity)
         if quantity in findings.names_to_choose_from:
@@ -473,7 +475,7 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
             comment = f"{FILL_IN}: the name of the column; perhaps {column_names[0]}: {question}"
             yield Line(quantity, {"name": None}, comment)
         elif column_names and unit_is_unknown:
-            units = " or ".join(VOCABULARY.quantities[quantity])
+            units = " or ".join(VOCABULARY.units_of_quantity[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
             yield Line(quantity, {"name": column_names, "unit": None}, comment)
         elif column_names and unit:
@@ -485,7 +487,7 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
 def _open_question(findings: Findings, quantity: str) -> str:
     """What names and units of a quantity's columns leave open; empty where it is nothing."""
     for log in findings.logs_with_columns:
-        for name, unit in log.candidates.get(quantity, ()):
+        for name, unit in log.candidates_of_quantity.get(quantity, ()):
             meaning = meaning_of(name, unit)
             if meaning is not None and meaning.question:
                 return meaning.question
@@ -509,7 +511,7 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield Line("zero", source, reason)
-    if findings.slip_is_logged:
+    if findings.is_slip_logged:
         column_names = findings.column_names_of_quantity.get(
             "slide_roll_ratio", ["slide_roll_ratio"]
         )
@@ -567,12 +569,12 @@ def run_sheet_text(findings: Findings) -> str:
 
 def _rows_of_log(log: SniffedLog, findings: Findings) -> Iterator[dict[str, object]]:
     """Rows of the run sheet for one log."""
-    for run in rows_of_sheet(log):
+    for run in runs_for_run_sheet(log):
         row: dict[str, object] = {"file": log.file}
         if run.name_in_file:
             row["run"] = run.name_in_file
         remarks = []
-        median_by_set_point = set_points(run)
+        median_by_set_point = measured_set_points(run)
         if median_by_set_point:
             row |= median_by_set_point
             remarks.append("guess: set points are medians of the log")

@@ -63,12 +63,12 @@ def _rolls(log: SniffedLog, column_names: Iterable[str]) -> bool:
     if log.format_name == "pcs":
         # an export of a traction rig, whatever its columns
         return True
-    quantities = set(log.candidates)
+    quantities = set(log.candidates_of_quantity)
     for name in column_names:
         concepts = concepts_in(name)
         if concepts & {"entrainment", "srr"} or {"rolling", "speed"} <= concepts:
             return True
-        meaning = VOCABULARY.meaning(name)
+        meaning = VOCABULARY.quantity_and_unit(name)
         if meaning:
             quantities.add(meaning.quantity)
     has_both_bodies = quantities >= {"ball_speed", "disc_speed"}

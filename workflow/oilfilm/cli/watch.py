@@ -17,7 +17,7 @@ from oilfilm.api.log_check import reports_on_logs_of_kind, rig_class_by_folder, 
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.logs.ingest import read_bytes
-from oilfilm.logs.raw_files import named_logs
+from oilfilm.logs.raw_files import log_names_and_faults
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.settings.resolve import resolve
@@ -101,7 +101,7 @@ class Watcher:
 
     def _look_at(self, folder: Path, rig_class: type[RigKind]) -> Iterator[str]:
         """Look at every file of one folder and yield each new verdict."""
-        fault_by_path = {folder / name: fault for name, fault in named_logs(folder)}
+        fault_by_path = {folder / name: fault for name, fault in log_names_and_faults(folder)}
         state_by_path: dict[Path, FileState] = {}
         for path in fault_by_path:
             if path.exists():
@@ -114,7 +114,7 @@ class Watcher:
         settled_paths.sort(key=lambda path: state_by_path[path].changed_ns, reverse=True)
         paths_without_fault = [path for path in state_by_path if not fault_by_path[path]]
         run_sheet = sheet_of_paths(
-            paths_without_fault, self._raw_folder, self._settings, rig_class.kind_of_logs
+            paths_without_fault, self._raw_folder, self._settings, rig_class.log_schema
         )
         for path in settled_paths:
             judged_from = state_by_path[path], run_sheet.rows_of_log.get(str(path))

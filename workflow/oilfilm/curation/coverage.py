@@ -65,10 +65,10 @@ def runs_of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
     """One row per planned condition, all rigs together: oil, set points and the best state."""
     rank_of_state = {"accepted": 0, "refused": 1, "missing": 2}
-    planned_conditions = coverage[coverage["planned"]]
-    rank = planned_conditions["state"].map(rank_of_state)
-    planned_conditions = planned_conditions.loc[rank.sort_values(kind="stable").index]
-    return planned_conditions.drop_duplicates(["oil", *NOMINAL_COLUMNS]).sort_index()
+    planned_rows = coverage[coverage["planned"]]
+    rank = planned_rows["state"].map(rank_of_state)
+    best_first = planned_rows.loc[rank.sort_values(kind="stable").index]
+    return best_first.drop_duplicates(["oil", *NOMINAL_COLUMNS]).sort_index()
 
 
 def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:

@@ -26,23 +26,23 @@ import scipy
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, ShapeVerdicts, judged_shapes
+from oilfilm.curation.curve_shapes import SHAPE_COLUMNS, ShapeVerdicts, judge_shapes
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.curation.hypotheses import RULES_WITH_HIDDEN_CAUSE, Hypothesis
-from oilfilm.curation.measure import measure
+from oilfilm.curation.measure import measure_run
 from oilfilm.curation.plateau_gates import (
     controlled_speeds,
     judge_plateaus,
     quarantine_rows,
     refusals_of_unusable_runs,
 )
-from oilfilm.curation.rig_kind import TRACTION_KIND, RigKind, Run
+from oilfilm.curation.rig_kind import TRACTION_KIND, MeasuredRun, RigKind
 from oilfilm.curation.rig_spin import spin_warnings
 from oilfilm.curation.run_gates import first_refusal, warnings_about
 from oilfilm.curation.statistics import Stretches
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.logs.base import SETTLED, Columns, Refusal
-from oilfilm.logs.ingest import Ingested, ingest_logs, sample_files
+from oilfilm.logs.base import SETTLED_LOG_KIND, ColumnArrays, Refusal
+from oilfilm.logs.ingest import IngestedLogs, ingest_logs, open_sample_files
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.settings.config import CopySettings, GateSettings
@@ -53,9 +53,9 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 
 # ---------------------------------------------------------------- repeats
 
-# Last plateaus by whose load, speed and temperature copies are looked up among all runs.
+# Number of last plateaus by whose load, speed and temperature copies are looked up among all runs.
 _LAST_PLATEAUS_LOOKED_UP = 3
-# Probability that a run is taken for a copy in a campaign that has none.
+# Probability that some run is taken for a copy in a campaign without copies.
 _CHANCE_OF_A_FALSE_COPY = 1e-3
 # Column of the points -> key of `full_scale` in the rig's file.
 _FULL_SCALE_KEY_OF_COLUMN = {
@@ -73,11 +73,11 @@ _ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
 _CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
-class _Repeat(NamedTuple):
-    """A run that repeats or contradicts others.
+class _RepeatRefusal(NamedTuple):
+    """The refusal of a run that repeats or contradicts others.
 
     Attributes:
-        refusal: Its refusal.
+        refusal: The refusal.
         kept_id: Id of the run that is kept in its place; empty where none is.
     """
 
@@ -85,16 +85,16 @@ class _Repeat(NamedTuple):
     kept_id: str = ""
 
 
-def _repeats(
+def _refusal_of_repeats(
     campaign_tables: CampaignTables,
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> dict[str, _Repeat]:
+) -> dict[str, _RepeatRefusal]:
     """Id of a run -> its refusal, of accepted runs that repeat or contradict others.
 
-    Copies come first.
-    A torque rig may measure a condition again, and so may a campaign that declares repeats.
+    Copies are found first. Repeated conditions are allowed on a torque rig, and in a campaign that
+    accepts them.
 
     Args:
         campaign_tables: The table `points`, of which each rule reads the columns that it compares.
@@ -105,7 +105,7 @@ def _repeats(
     remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(
         ["file", "run_id"], ignore_index=True
     )
-    repeat_of_run: dict[str, _Repeat] = {}
+    repeat_of_run: dict[str, _RepeatRefusal] = {}
     for repeat in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
         repeat_of_run.setdefault(repeat.refusal.run_id, repeat)
     if rig_class.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
@@ -122,7 +122,7 @@ def _refusals_of_same_readings(
     runs: pd.DataFrame,
     rig_class: type[RigKind],
     settings: Settings,
-) -> Iterator[_Repeat]:
+) -> Iterator[_RepeatRefusal]:
     """Copies of an earlier log, and the same readings under the names of two oils."""
     pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_class, settings))
     # the verdicts on all earlier runs are known when a later one is judged
@@ -134,25 +134,27 @@ def _refusals_of_same_readings(
             refused_ids.add(later_run.run_id)
             kept_id = first_run.run_id
             refusal = refusal_by("duplicate_log", run_id=later_run.run_id, kept=kept_id)
-            yield _Repeat(refusal, kept_id)
+            yield _RepeatRefusal(refusal, kept_id)
     for pair in pairs:
         for refused_run, other_run in (pair, pair[::-1]):
             if refused_run.oil != other_run.oil:
                 fields = dict(other_id=other_run.run_id, other_oil=other_run.oil)
-                yield _Repeat(refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields))
+                yield _RepeatRefusal(
+                    refusal_by("conflicting_labels", run_id=refused_run.run_id, **fields)
+                )
 
 
 def _refusals_of_same_conditions(
     campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
-) -> Iterator[_Repeat]:
+) -> Iterator[_RepeatRefusal]:
     """Refusals of runs that contradict others of their condition, and of all others but the first.
 
     Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
     more runs, one may be odd at a smaller difference. It is odd if the others agree far better with
     each other than with it. Runs without a common slip are not compared, and all of them are kept.
     """
-    gates = settings.gates
-    allowed_difference = gates.repeat_difference_max
+    gate_limits = settings.gates
+    allowed_difference = gate_limits.repeat_difference_max
     for run_ids, differences in _differences_by_condition(campaign_tables, runs, settings):
         kept_index: list[int] = []
         largest_differences_of_others = _largest_difference_of_others(differences)
@@ -169,7 +171,8 @@ def _refusals_of_same_conditions(
             odd_limit = allowed_difference
             if has_several_others:
                 odd_limit = max(
-                    gates.repeat_odd_min, gates.repeat_odd_factor * largest_difference_of_others
+                    gate_limits.repeat_odd_min,
+                    gate_limits.repeat_odd_factor * largest_difference_of_others,
                 )
             contradicting_index = other_index[differences_to_others > allowed_difference]
             if len(contradicting_index) <= len(other_index) / 2:
@@ -177,28 +180,28 @@ def _refusals_of_same_conditions(
                 if len(contradicting_index) < len(other_index):
                     kept_index.append(run_index)
                     continue
-            more = (
+            more_in_words = (
                 f" (and {len(contradicting_index) - 1} more)"
                 if len(contradicting_index) > 1
                 else ""
             )
-            agree = ""
+            agreement_in_words = ""
             if has_several_others:
-                agree = f"; the others agree within {largest_difference_of_others:.1%}"
+                agreement_in_words = f"; the others agree within {largest_difference_of_others:.1%}"
             fields = dict(
                 other_id=run_ids[contradicting_index[0]],
-                apart=differences[run_index, contradicting_index[0]],
-                more=more,
-                agree=agree,
+                difference=differences[run_index, contradicting_index[0]],
+                more=more_in_words,
+                agree=agreement_in_words,
                 allowed=min(odd_limit, allowed_difference),
             )
-            yield _Repeat(refusal_by("conflicting_condition", run_id=run_id, **fields))
+            yield _RepeatRefusal(refusal_by("conflicting_condition", run_id=run_id, **fields))
         yield from _refusals_of_later_runs(run_ids, differences, kept_index)
 
 
 def _refusals_of_later_runs(
     run_ids: list[str], differences: FloatArray, index_without_conflict: list[int]
-) -> Iterator[_Repeat]:
+) -> Iterator[_RepeatRefusal]:
     """Refusals of runs that repeat an earlier one of their condition, which is kept.
 
     Args:
@@ -209,12 +212,12 @@ def _refusals_of_later_runs(
     kept_index: list[int] = []
     for run_index in index_without_conflict:
         for earlier_index in kept_index:
-            apart = differences[earlier_index, run_index]
-            if np.isfinite(apart):
+            difference = differences[earlier_index, run_index]
+            if np.isfinite(difference):
                 kept_id = run_ids[earlier_index]
-                fields = dict(kept=kept_id, apart=apart)
+                fields = dict(kept=kept_id, difference=difference)
                 refusal = refusal_by("duplicate_condition", run_id=run_ids[run_index], **fields)
-                yield _Repeat(refusal, kept_id)
+                yield _RepeatRefusal(refusal, kept_id)
                 break
         else:
             kept_index.append(run_index)
@@ -459,7 +462,7 @@ def _curve_of_run(points: pd.DataFrame) -> _Curve:
     )
 
 
-# Id of a run, and a sentence about it.
+# Id of a run, and the sentence of a warning about it.
 RunWarning = tuple[str, str]
 
 
@@ -553,7 +556,9 @@ def _rig_warnings(
             for run_id, largest_reading in largest_readings_of_column[
                 exceeds(largest_readings_of_column, full_scale)
             ].items():
-                fields = dict(column=column, of=largest_reading, full=full_scale, key=key)
+                fields = dict(
+                    column=column, largest=largest_reading, full_scale=full_scale, key=key
+                )
                 yield str(run_id), f"{sentence_named('full_scale', **fields)}; {advice}"
 
 
@@ -572,22 +577,22 @@ def _oil_warnings(oil_name_of_run: "pd.Series[str]", settings: Settings) -> Iter
 
 
 def _speed_warnings(
-    read_points: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gates: GateSettings
+    read_points: Callable[[], Iterable[pd.DataFrame]], runs: pd.DataFrame, gate_limits: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about runs in which a rig holds the speed of one body.
 
     Args:
         read_points: Gives the points of accepted runs, some of them at a time. It is called twice.
         runs: Accepted runs, by their ids.
-        gates: `speed_tolerance`.
+        gate_limits: `speed_tolerance`.
     """
     set_speed_of_run = runs["nominal_entrainment_speed_m_s"]
     ids_of_runs_off: set[str] = set()
-    for part in read_points():
-        points = part[part["accepted"]]
+    for points_of_part in read_points():
+        points = points_of_part[points_of_part["accepted"]]
         set_speed_of_points = set_speed_of_run.reindex(points["run_id"]).to_numpy()
         deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
-        is_off = exceeds(deviation, gates.speed_tolerance * set_speed_of_points)
+        is_off = exceeds(deviation, gate_limits.speed_tolerance * set_speed_of_points)
         ids_of_runs_off |= set(points.loc[is_off, "run_id"])
     if not ids_of_runs_off:
         return
@@ -601,7 +606,9 @@ def _speed_warnings(
             for name, speed in controlled_speeds(points_of_run).items()
         }
         speed_name = min(largest_deviation_by_name, key=largest_deviation_by_name.__getitem__)
-        if exceeds(largest_deviation_by_name[speed_name], gates.speed_tolerance * set_speed_m_s):
+        if exceeds(
+            largest_deviation_by_name[speed_name], gate_limits.speed_tolerance * set_speed_m_s
+        ):
             # which body is faster changes with the direction of slip, which points do not have
             speed_name = "speed of one body, in both directions of slip,"
         fields = dict(
@@ -614,14 +621,14 @@ def _speed_warnings(
 
 
 def _channel_warnings(
-    points_in_parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gates: GateSettings
+    points_in_parts: Iterable[pd.DataFrame], runs: pd.DataFrame, gate_limits: GateSettings
 ) -> Iterator[RunWarning]:
     """Warnings about a channel that is one number in all plateaus, and moves in most other runs.
 
     Args:
         points_in_parts: Points of accepted runs, some of them at a time.
         runs: Accepted runs, by their ids.
-        gates: `constant_channel_plateaus` and `constant_channel_runs`.
+        gate_limits: `constant_channel_plateaus` and `constant_channel_runs`.
     """
     channel_name_of_column = {"load_n": "load", "inlet_temperature_c": "inlet temperature"}
     ranges_of_parts = pd.concat(
@@ -642,7 +649,7 @@ def _channel_warnings(
         )
         # a run without this channel has no range
         judged_ranges = ranges[
-            (ranges["size"] >= gates.constant_channel_plateaus) & ranges["min"].notna()
+            (ranges["size"] >= gate_limits.constant_channel_plateaus) & ranges["min"].notna()
         ]
         is_constant = pd.Series(
             reaches(judged_ranges["min"], judged_ranges["max"]), judged_ranges.index
@@ -651,7 +658,7 @@ def _channel_warnings(
         for _, is_constant_of_rig in is_constant.groupby(rig_name_of_run):
             run_count = len(is_constant_of_rig)
             moving_count = (~is_constant_of_rig).sum()
-            if run_count < gates.constant_channel_runs or is_constant_of_rig.mean() >= 1 / 2:
+            if run_count < gate_limits.constant_channel_runs or is_constant_of_rig.mean() >= 1 / 2:
                 continue
             fields = dict(name=channel_name, others=moving_count, runs=run_count)
             for run_id in is_constant_of_rig.index[is_constant_of_rig]:
@@ -663,21 +670,27 @@ def _channel_warnings(
 
 
 @dataclass(frozen=True)
-class Curated:
-    """Tables of a campaign or a share of it: plateaus, runs with verdicts, quarantine."""
+class CuratedTables:
+    """Tables of a campaign or of a share of its logs.
+
+    Attributes:
+        points: Table of plateaus, `RigKind.table_name`.
+        runs: Table of runs with their verdicts.
+        quarantine: Table of quarantine.
+    """
 
     points: pd.DataFrame
     runs: pd.DataFrame
     quarantine: pd.DataFrame
 
 
-def check_logs(
+def curate_logs(
     logs: Iterable[tuple[str, bytes]],
     settings: Settings,
     rig_class: type[RigKind] = TractionRig,
     sheet: RunSheet = NO_SHEET,
-) -> Curated:
-    """Ingest and curate logs.
+) -> CuratedTables:
+    """Read logs into samples and curate these.
 
     Args:
         logs: Name and bytes of each log.
@@ -686,14 +699,14 @@ def check_logs(
         sheet: The run sheet.
 
     Raises:
-        OilfilmError: As by `ingest_logs`, or a table is not as it is declared.
+        OilfilmError: As in `ingest_logs`, or a table is not as it is declared.
     """
     return curate_ingested(
-        ingest_logs(logs, settings, rig_class.kind_of_logs, sheet), rig_class(settings)
+        ingest_logs(logs, settings, rig_class.log_schema, sheet), rig_class(settings)
     )
 
 
-def curate_ingested(ingested: Ingested, rig_kind: RigKind) -> Curated:
+def curate_ingested(ingested: IngestedLogs, rig_kind: RigKind) -> CuratedTables:
     """Curate all logs of a campaign.
 
     Raises:
@@ -716,7 +729,7 @@ def curate_share(
     sheet: RunSheet,
     sample_file_of_oil: Mapping[str, Path],
     provenance: Mapping[str, Any],
-) -> Curated:
+) -> CuratedTables:
     """Read a share of the logs, write its samples and curate them.
 
     The memory needed does not grow with the size of the share.
@@ -728,17 +741,17 @@ def curate_share(
         sample_file_of_oil: File of each oil's samples.
         provenance: As for `tables.writing`.
     """
-    with sample_files(sample_file_of_oil, provenance) as keep_run:
+    with open_sample_files(sample_file_of_oil, provenance) as keep_run:
         ingested = ingest_logs(
-            logs, settings, sheet=sheet, keep_run=keep_run, known_digests=logs.digest_of_log
+            logs, settings, sheet=sheet, keep_run=keep_run, digest_of_log=logs.digest_of_log
         )
     parts = tables.read_parts("samples", *sample_file_of_oil.values())
     return curate_parts(parts, ingested, TractionRig(settings))
 
 
 def curate_parts(
-    samples_in_parts: Iterable[pd.DataFrame], ingested: Ingested, rig_kind: RigKind
-) -> Curated:
+    samples_in_parts: Iterable[pd.DataFrame], ingested: IngestedLogs, rig_kind: RigKind
+) -> CuratedTables:
     """Curate samples that come in parts, of which one at a time is in memory.
 
     Args:
@@ -751,16 +764,18 @@ def curate_parts(
     """
     runs = ingested.runs
     ids_without_rows = runs["run_id"]
-    curated_parts: list[Curated] = []
+    curated_parts: list[CuratedTables] = []
     for samples_of_runs in samples_in_parts:
         run_ids = samples_of_runs["run_id"].unique()
         ids_without_rows = ids_without_rows[~ids_without_rows.isin(run_ids)]
-        curated_parts.append(curate(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig_kind))
+        curated_parts.append(
+            curate_samples(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig_kind)
+        )
     curated_parts.append(
-        curate(tables.empty("samples"), runs.loc[ids_without_rows.index], rig_kind)
+        curate_samples(tables.empty("samples"), runs.loc[ids_without_rows.index], rig_kind)
     )
     quarantine = [ingested.quarantine, *(curated_part.quarantine for curated_part in curated_parts)]
-    return Curated(
+    return CuratedTables(
         points=pd.concat(
             [curated_part.points for curated_part in curated_parts], ignore_index=True
         ),
@@ -769,8 +784,10 @@ def curate_parts(
     )
 
 
-def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Curated:
+def curate_samples(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> CuratedTables:
     """Plateaus of every run, judged by every gate of the rig.
+
+    No run is compared with another: `compare_runs` does this for a whole campaign.
 
     Args:
         samples: Table of samples, the rows of a run together.
@@ -779,7 +796,7 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Cura
     """
     samples_of_run = _samples_by_run(samples)
     measured = _measure_runs(samples_of_run, runs, rig_kind)
-    judged = _judge(measured)
+    judged = _judge_plateaus_and_runs(measured)
     explained_refusals: dict[str, Refusal] = {}
     for run_row in tables.rows(judged.runs[judged.runs["rule"].isin(RULES_WITH_HIDDEN_CAUSE)]):
         run_id = run_row["run_id"]
@@ -789,7 +806,9 @@ def curate(samples: pd.DataFrame, runs: pd.DataFrame, rig_kind: RigKind) -> Cura
                 explained_refusals[run_id] = explained_refusal
     if not explained_refusals:
         return judged
-    return _judge(replace(measured, refusal_of_run=measured.refusal_of_run | explained_refusals))
+    return _judge_plateaus_and_runs(
+        replace(measured, refusal_of_run=measured.refusal_of_run | explained_refusals)
+    )
 
 
 @dataclass(frozen=True)
@@ -812,7 +831,7 @@ class _MeasuredRuns:
 
 
 def _measure_runs(
-    samples_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig_kind: RigKind
+    samples_of_run: Mapping[str, ColumnArrays], runs: pd.DataFrame, rig_kind: RigKind
 ) -> _MeasuredRuns:
     """Measure runs and judge each by the gates of runs.
 
@@ -823,14 +842,14 @@ def _measure_runs(
     """
     refusal_of_run: dict[str, Refusal] = {}
     short_level_refusals: list[Refusal] = []
-    plateaus_of_run: dict[str, Columns] = {}
+    plateaus_of_run: dict[str, ColumnArrays] = {}
     sentences_of_runs: list[tuple[str, ...]] = []
     for run_row in tables.rows(runs):
         run_id = run_row["run_id"]
         # the signals of one run at a time are in memory
         run = None
         if run_id in samples_of_run:
-            run = _measured_run(samples_of_run[run_id], run_row, rig_kind)
+            run = _measure_samples(samples_of_run[run_id], run_row, rig_kind)
             plateaus_of_run[run_id] = run.plateaus
         refusal = _refusal_before_plateaus(run_row, run)
         if refusal is not None:
@@ -847,7 +866,9 @@ def _measure_runs(
     return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig_kind)
 
 
-def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKind) -> Run:
+def _measure_samples(
+    samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: RigKind
+) -> MeasuredRun:
     """A run with its plateaus.
 
     Args:
@@ -855,11 +876,13 @@ def _measured_run(samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKin
         run_row: Its row of the table of runs.
         rig_kind: The kind of rig, with its settings.
     """
-    signals = rig_kind.signals(samples, run_row["rig"], rig_kind.settings)
-    return measure(signals, rig_kind, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED)
+    signals = rig_kind.make_signals(samples, run_row["rig"], rig_kind.settings)
+    return measure_run(
+        signals, rig_kind, run_row["rig"], is_settled=run_row["log_kind"] == SETTLED_LOG_KIND
+    )
 
 
-def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Refusal | None:
+def _refusal_before_plateaus(run_row: Mapping[str, Any], run: MeasuredRun | None) -> Refusal | None:
     """The refusal of a run while its log was read, or by a gate of runs. None without one.
 
     Args:
@@ -876,7 +899,7 @@ def _refusal_before_plateaus(run_row: Mapping[str, Any], run: Run | None) -> Ref
 
 
 def _explained_refusal(
-    samples: Columns, run_row: Mapping[str, Any], rig_kind: RigKind
+    samples: ColumnArrays, run_row: Mapping[str, Any], rig_kind: RigKind
 ) -> Refusal | None:
     """The refusal of a run by the simple mistake without which most of its plateaus would pass.
 
@@ -888,16 +911,16 @@ def _explained_refusal(
     Returns:
         A refusal that names the mistake; None where no mistake explains the refusal.
     """
-    if run_row["log_kind"] == SETTLED:
+    if run_row["log_kind"] == SETTLED_LOG_KIND:
         # the rig's program has settled and converted these readings
         return None
     hypotheses = [
         hypothesis
         for hypothesis in rig_kind.hypotheses(run_row["rig"])
-        if run_row["rule"] in hypothesis.explains
+        if run_row["rule"] in hypothesis.explained_rules
     ]
     mistakes_of_log = [hypothesis for hypothesis in hypotheses if not hypothesis.changed_settings]
-    passing = _passing(mistakes_of_log, samples, run_row, rig_kind)
+    passing_hypotheses = _passing_hypotheses(mistakes_of_log, samples, run_row, rig_kind)
     for hypothesis in hypotheses:
         # whether settings are plausible does not depend on the number of levels. To count them
         # takes time, because they must be found with the changed settings
@@ -905,14 +928,18 @@ def _explained_refusal(
             changed_rig_kind = type(rig_kind)(
                 rig_kind.settings.with_changes(hypothesis.changed_settings)
             )
-            passing += _passing([hypothesis], samples, run_row, changed_rig_kind)
-    if not passing:
+            passing_hypotheses += _passing_hypotheses(
+                [hypothesis], samples, run_row, changed_rig_kind
+            )
+    if not passing_hypotheses:
         return None
-    best_hypothesis = max(passing, key=lambda candidate: candidate.accepted_count).hypothesis
+    best_hypothesis = max(
+        passing_hypotheses, key=lambda candidate: candidate.accepted_count
+    ).hypothesis
     # several units may be possible: the data do not show which one it is
     sentences = [
         candidate.hypothesis.sentence
-        for candidate in passing
+        for candidate in passing_hypotheses
         if candidate.hypothesis.rule == best_hypothesis.rule
     ]
     reason = f"the run would pass with {'; or '.join(sentences)}; as it is, {run_row['reason']}"
@@ -920,16 +947,16 @@ def _explained_refusal(
 
 
 @dataclass(frozen=True)
-class _Corrected(Mapping[str, Columns]):
-    """Sentence of a hypothesis -> samples without its mistake, made when they are asked for.
+class _CorrectedSamples(Mapping[str, ColumnArrays]):
+    """Sentence of a hypothesis -> samples without its mistake, made on access.
 
     All at once would be as many logs in memory.
     """
 
     hypothesis_of_sentence: Mapping[str, Hypothesis]
-    samples: Columns
+    samples: ColumnArrays
 
-    def __getitem__(self, sentence: str) -> Columns:
+    def __getitem__(self, sentence: str) -> ColumnArrays:
         return self.hypothesis_of_sentence[sentence].undo(self.samples)
 
     def __iter__(self) -> Iterator[str]:
@@ -942,19 +969,19 @@ class _Corrected(Mapping[str, Columns]):
         return sentence in self.hypothesis_of_sentence
 
 
-class _Passing(NamedTuple):
+class _PassingHypothesis(NamedTuple):
     """A hypothesis with which a run passes, and the number of its accepted plateaus then."""
 
     accepted_count: int
     hypothesis: Hypothesis
 
 
-def _passing(
+def _passing_hypotheses(
     hypotheses: Iterable[Hypothesis],
-    samples: Columns,
+    samples: ColumnArrays,
     run_row: Mapping[str, Any],
     rig_kind: RigKind,
-) -> list[_Passing]:
+) -> list[_PassingHypothesis]:
     """The plausible hypotheses with which most plateaus pass.
 
     Args:
@@ -970,22 +997,22 @@ def _passing(
     runs = pd.DataFrame(
         [{**run_row, "run_id": sentence, "rule": ""} for sentence in hypothesis_of_sentence]
     )
-    judged_runs = _judge(
-        _measure_runs(_Corrected(hypothesis_of_sentence, samples), runs, rig_kind)
+    judged_runs = _judge_plateaus_and_runs(
+        _measure_runs(_CorrectedSamples(hypothesis_of_sentence, samples), runs, rig_kind)
     ).runs
-    passing: list[_Passing] = []
+    passing_hypotheses: list[_PassingHypothesis] = []
     do_most_pass = judged_runs["accepted_points"] > judged_runs["plateaus"] / 2
     for judged_row in tables.rows(judged_runs[do_most_pass]):
         hypothesis = hypothesis_of_sentence[judged_row["run_id"]]
         if hypothesis.is_plausible(samples, level_count=judged_row["plateaus"]):
-            passing.append(_Passing(judged_row["accepted_points"], hypothesis))
-    return passing
+            passing_hypotheses.append(_PassingHypothesis(judged_row["accepted_points"], hypothesis))
+    return passing_hypotheses
 
 
 def collect(
-    curated: Curated, settings: Settings, rig_class: type[RigKind] = TractionRig
-) -> Curated:
-    """The tables of a campaign, with the verdicts of the rules that compare runs with each other.
+    curated: CuratedTables, settings: Settings, rig_class: type[RigKind] = TractionRig
+) -> CuratedTables:
+    """The tables of a campaign, after its runs have been compared with each other.
 
     Args:
         curated: Tables of all shares, as `curate_parts` gives them.
@@ -996,8 +1023,8 @@ def collect(
         points=curated.points, runs=curated.runs, quarantine=curated.quarantine
     )
     compared = compare_runs(campaign_tables, settings, rig_class)
-    points = compared.judged(curated.points)
-    return Curated(
+    points = compared.judge_points(curated.points)
+    return CuratedTables(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         compared.runs,
         compared.quarantine,
@@ -1020,8 +1047,8 @@ class ComparedRuns:
     refusals: list[Refusal]
     rig_class: type[RigKind]
 
-    def judged(self, points: pd.DataFrame) -> pd.DataFrame:
-        """Points, of which those of runs that this comparison refuses are refused or left out."""
+    def judge_points(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Points. Those of runs that this comparison refuses are refused or left out."""
         return _refuse_plateaus(points, self.refusals, self.rig_class) if self.refusals else points
 
 
@@ -1030,7 +1057,7 @@ def compare_runs(
 ) -> ComparedRuns:
     """Compare the runs of a campaign with each other, without a change to the table of points.
 
-    `ComparedRuns.judged` changes the points. A rule reads only the columns of points that it needs,
+    `ComparedRuns.judge_points` changes the points. A rule reads only the columns that it needs,
     and the shapes of one oil at a time: the table of points of a large campaign does not fit into
     memory.
 
@@ -1062,12 +1089,12 @@ def _refusals_by_comparison(
     repeat is then refused for its shape, the repeat is compared and judged in its place.
 
     Args:
-        campaign_tables: As of `compare_runs`.
+        campaign_tables: As for `compare_runs`.
         settings: Settings of the campaign.
         rig_class: The class of the kind of rig.
     """
     runs = campaign_tables.runs
-    repeat_of_run = _repeats(campaign_tables, runs, rig_class, settings)
+    repeat_of_run = _refusal_of_repeats(campaign_tables, runs, rig_class, settings)
     refusal_of_run = {run_id: repeat.refusal for run_id, repeat in repeat_of_run.items()}
     shape_warnings: list[RunWarning] = []
     ids_to_judge: set[str] = set()
@@ -1075,10 +1102,10 @@ def _refusals_by_comparison(
         ids_to_judge = set(runs.loc[runs["verdict"] == "accepted", "run_id"]) - set(refusal_of_run)
     while ids_to_judge:
         remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
-        shapes = _shapes_of_runs(campaign_tables, remaining_runs, ids_to_judge)
-        shape_warnings += shapes.warnings
-        odd_ids = {refusal.run_id for refusal in shapes.refusals}
-        refusal_of_run |= {refusal.run_id: refusal for refusal in shapes.refusals}
+        shape_verdicts = _shape_verdicts_of_runs(campaign_tables, remaining_runs, ids_to_judge)
+        shape_warnings += shape_verdicts.warnings
+        odd_ids = {refusal.run_id for refusal in shape_verdicts.refusals}
+        refusal_of_run |= {refusal.run_id: refusal for refusal in shape_verdicts.refusals}
         restored_ids = {
             run_id for run_id, repeat in repeat_of_run.items() if repeat.kept_id in odd_ids
         }
@@ -1088,7 +1115,9 @@ def _refusals_by_comparison(
             del refusal_of_run[run_id], repeat_of_run[run_id]
         # restored runs may repeat each other
         remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
-        repeats_without_odd = _repeats(campaign_tables, remaining_runs, rig_class, settings)
+        repeats_without_odd = _refusal_of_repeats(
+            campaign_tables, remaining_runs, rig_class, settings
+        )
         repeat_of_run |= repeats_without_odd
         refusal_of_run |= {run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()}
         ids_to_judge = restored_ids - set(refusal_of_run)
@@ -1098,7 +1127,7 @@ def _refusals_by_comparison(
     return list(refusal_of_run.values()), warnings_of_kept_runs
 
 
-def _shapes_of_runs(
+def _shape_verdicts_of_runs(
     campaign_tables: CampaignTables, runs: pd.DataFrame, run_ids: set[str]
 ) -> ShapeVerdicts:
     """The verdicts on the shapes of some runs, each beside all other accepted ones of its oil.
@@ -1110,12 +1139,14 @@ def _shapes_of_runs(
     """
     verdicts = ShapeVerdicts()
     for oil_name in sorted(set(runs.loc[runs["run_id"].isin(run_ids), "oil"])):
-        shapes = judged_shapes(campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs)
+        verdicts_of_oil = judge_shapes(
+            campaign_tables.table("points", SHAPE_COLUMNS, oil=oil_name), runs
+        )
         verdicts.refusals.extend(
-            refusal for refusal in shapes.refusals if refusal.run_id in run_ids
+            refusal for refusal in verdicts_of_oil.refusals if refusal.run_id in run_ids
         )
         verdicts.warnings.extend(
-            (run_id, sentence) for run_id, sentence in shapes.warnings if run_id in run_ids
+            (run_id, sentence) for run_id, sentence in verdicts_of_oil.warnings if run_id in run_ids
         )
     return verdicts
 
@@ -1135,15 +1166,15 @@ def _with_refused_runs(
     return runs, pd.concat([quarantine, quarantine_rows(refusals, runs, rig_class)])
 
 
-def arrays_of(samples: pd.DataFrame) -> Columns:
+def arrays_of_samples(samples: pd.DataFrame) -> ColumnArrays:
     """The columns of samples without the id of the run."""
     return {str(name): samples[name].to_numpy() for name in samples if name != "run_id"}
 
 
-def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
+def _samples_by_run(samples: pd.DataFrame) -> dict[str, ColumnArrays]:
     """Id of a run -> its samples; the rows of a run must be together."""
-    arrays = arrays_of(samples)
-    samples_of_run: dict[str, Columns] = {}
+    arrays = arrays_of_samples(samples)
+    samples_of_run: dict[str, ColumnArrays] = {}
     for run_id, sample_index in samples.groupby("run_id").indices.items():
         start, stop = sample_index[0], sample_index[-1] + 1
         samples_of_run[str(run_id)] = {name: array[start:stop] for name, array in arrays.items()}
@@ -1151,7 +1182,7 @@ def _samples_by_run(samples: pd.DataFrame) -> dict[str, Columns]:
 
 
 def _table_of_plateaus(
-    plateaus_of_run: Mapping[str, Columns], runs: pd.DataFrame, rig_kind: RigKind
+    plateaus_of_run: Mapping[str, ColumnArrays], runs: pd.DataFrame, rig_kind: RigKind
 ) -> pd.DataFrame:
     """All plateaus, with columns of their run and those that follow from rig and oil.
 
@@ -1172,13 +1203,13 @@ def _table_of_plateaus(
         column: np.concatenate([plateaus[column] for plateaus in all_plateaus])
         for column in all_plateaus[0]
     }
-    points = rig_kind.complete(points.assign(**measured_columns))
+    points = rig_kind.with_rig_and_oil_columns(points.assign(**measured_columns))
     # without any load mu is larger than a table may hold
     float_columns = points.select_dtypes("float")
     return points.assign(**float_columns.mask(float_columns.abs() >= tables.LARGEST_NUMBER))
 
 
-def _judge(measured: _MeasuredRuns) -> Curated:
+def _judge_plateaus_and_runs(measured: _MeasuredRuns) -> CuratedTables:
     """Judge plateaus by the gates of plateaus, and runs by their plateaus."""
     points, runs, rig_kind = measured.points, measured.runs, measured.rig_kind
     refusal_of_run = dict(measured.refusal_of_run)
@@ -1193,7 +1224,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     )
     points = _refuse_plateaus(points, list(refusal_of_run.values()), type(rig_kind))
     # If a run is refused because of its plateaus, they all stay in the table, whatever the kind of
-    # rig_kind. Those that pass their own gates get the rule of the run.
+    # rig. Those that pass their own gates get the rule of the run.
     runs_with_accepted_points = set(points.loc[points["accepted"], "run_id"])
     rule_of_run = {
         refusal.run_id: refusal.rule
@@ -1209,7 +1240,7 @@ def _judge(measured: _MeasuredRuns) -> Curated:
     quarantine = quarantine_rows(
         [*refusals_in_order, *measured.short_level_refusals], runs, type(rig_kind)
     )
-    return Curated(points[tables.columns(rig_kind.table_name)], runs, quarantine)
+    return CuratedTables(points[tables.columns(rig_kind.table_name)], runs, quarantine)
 
 
 def _refuse_plateaus(

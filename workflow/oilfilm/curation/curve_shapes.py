@@ -31,14 +31,14 @@ SHAPE_COLUMNS = [
 _LEAST_SLIDING_SLIP = 0.002
 # Points whose mu has a larger relative standard error do not show the shape.
 _LARGEST_RELATIVE_ERROR = 0.01
-# The others cannot judge a curve where they would not see a change of mu by this factor.
+# The other curves cannot judge a curve if they would not show a change of its mu by this factor.
 _LARGEST_UNSEEN_FACTOR = 2.0
 
 # What holds for any oil at one condition, with a wide margin: traction rises no faster than the
 # slip, falls by heat more slowly than by the square of the slip, and has one peak.
 _STEEPEST_FALL = 2.0
 _MARGIN_FACTOR = 1.25
-# mu of the lower edge of a valley over mu in it.
+# Ratio of mu at the lower edge of a valley to mu in it. A larger ratio shows two peaks.
 _DEEPEST_VALLEY = 1.15
 # Error of the zero that must not matter, as a traction coefficient. Number of standard errors of a
 # point that noise explains.
@@ -74,7 +74,7 @@ class ShapeVerdicts:
     unjudged_ids: set[str] = field(default_factory=set)
 
 
-def judged_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
+def judge_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
     """The verdicts on the shapes of all accepted runs of a traction rig.
 
     Args:
@@ -153,13 +153,17 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
                 verdicts.warnings.append((run_id, f"unusual_shape: {refusal.reason}"))
         # `smallest_visible_change` is a change of ln mu at a typical point
         elif np.exp(shape.smallest_visible_change) > _LARGEST_UNSEEN_FACTOR:
-            seen = np.expm1(shape.smallest_visible_change)
-            sentence = sentence_named("shape_not_judged", seen=seen, spread=shape.usual_spread)
+            smallest_visible = np.expm1(shape.smallest_visible_change)
+            sentence = sentence_named(
+                "shape_not_judged", smallest_visible=smallest_visible, spread=shape.usual_spread
+            )
             verdicts.warnings.append((run_id, sentence))
             verdicts.unjudged_ids.add(run_id)
 
 
-def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: int) -> Refusal:
+def _refusal_of_shape(
+    run_id: str, shape: CurveShape, point: pd.Series, other_curve_count: int
+) -> Refusal:
     """The refusal of a run for its shape, with the point that is farthest off."""
     return refusal_by(
         "odd_shape",
@@ -172,8 +176,8 @@ def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: 
         expected=shape.expected_mu,
         # at this point; `usual_spread` is its median over the curve
         spread=shape.spread,
-        others=others,
-        size=shape.oddness,
+        others=other_curve_count,
+        oddness=shape.oddness,
     )
 
 
@@ -186,8 +190,8 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
     """
     columns = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
     # where the error of a point is not known, a jump may be noise
-    with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
-    slip, mu, error = with_errors[columns].to_numpy(float).T
+    points_with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
+    slip, mu, error = points_with_errors[columns].to_numpy(float).T
     noise = _ERRORS_OF_NOISE * error
     mask_of_sentence = {
         "rises_too_fast": _rises_too_fast(slip, mu, noise),
@@ -202,8 +206,8 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
             fields = {
                 "slip": slip[point_index],
                 "mu": mu[point_index],
-                "at": slip[index_before],
-                "before": mu[index_before],
+                "slip_before": slip[index_before],
+                "mu_before": mu[index_before],
             }
             yield run_id, sentence_named(sentence_name, **fields)
             return

@@ -18,17 +18,16 @@ import pandas as pd
 import yaml
 
 from oilfilm.base.units import BoolArray
-from oilfilm.curation.rig_kind import RigKind, Run
+from oilfilm.curation.rig_kind import MeasuredRun, RigKind
 from oilfilm.logs.base import Refusal
 
 # Group of rules -> rule -> its entry. Comments in `rules.yaml` say what the entries of a group are.
-# In the group `lacking`: what a gate needs -> why a log may not have it.
 RULES: Mapping[str, Any] = yaml.load(
     Path(__file__).with_name("rules.yaml").read_bytes(),
     getattr(yaml, "CSafeLoader", yaml.SafeLoader),  # noqa: S506
 )
-# Units in N, by definition. A force in one of them may be labelled N.
-_FORCE_UNITS_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
+# Unit of force -> its size in N, by definition. A force in one of these units may be labelled N.
+_FORCE_UNIT_SIZE_N = {"kgf": 9.80665, "lbf": 4.4482216152605, "gf": 9.80665e-3, "kN": 1e3}
 
 
 def refusal_with_sentence(rule: str, sentence: str, fields: Mapping[str, Any]) -> Refusal:
@@ -75,9 +74,10 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
 
     Args:
         force_name: The force in words.
-        is_usual_in_unit: Whether the run would be right with the force multiplied by a factor.
+        is_usual_in_unit: Function of the size of a unit in N. It says whether the run would be
+            right with the force in this unit.
     """
-    units = [unit for unit, size_n in _FORCE_UNITS_N.items() if is_usual_in_unit(size_n)]
+    units = [unit for unit, size_n in _FORCE_UNIT_SIZE_N.items() if is_usual_in_unit(size_n)]
     return f"; the {force_name} may be in {' or '.join(units)}" if units else ""
 
 
@@ -85,7 +85,7 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
 # `first` and `last` are the rows concerned.
 RefusalFields = Iterator[dict[str, Any]]
 # A check of one run, by the limits of the rig. The first reason counts.
-RunJudge = Callable[[Run, Any], RefusalFields]
+RunJudge = Callable[[MeasuredRun, Any], RefusalFields]
 # A check of plateaus, which have the oil and the set points of their run. It gives those that it
 # refuses. A plateau whose quantity is null (no set point, no second half) is not refused.
 PlateauJudge = Callable[[pd.DataFrame, Any], "pd.Series[bool] | BoolArray"]
@@ -99,8 +99,8 @@ class Gate(Generic[Judge]):
     Attributes:
         name: Name of its function.
         judge: The function.
-        rig_kinds: Kinds of rig that it judges, separated by blanks.
-        finds: Sentence about a refusal, with fields in braces.
+        rig_kinds: Names of the kinds of rig that it judges, separated by blanks.
+        finds: Sentence about what it found, with fields in braces.
         advice: What to do about a refusal.
         blames_run: For gates of plateaus: whether a plateau that fails shows that the run is wrong.
             If many plateaus fail such a gate, the others cannot be trusted.
@@ -118,7 +118,7 @@ class Gate(Generic[Judge]):
 
     def sentence(self, rig_kind: RigKind, **fields: Any) -> str:
         """The sentence about a refusal, with the limits of the rig and the values of its fields."""
-        return self.finds.format(rig_kind=rig_kind, gates=rig_kind.gates, **fields)
+        return self.finds.format(rig_kind=rig_kind, gates=rig_kind.gate_limits, **fields)
 
 
 class Gates(list[Gate[Judge]]):

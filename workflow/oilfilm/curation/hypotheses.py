@@ -18,7 +18,7 @@ import numpy as np
 
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.curation.statistics import median
-from oilfilm.logs.base import Columns
+from oilfilm.logs.base import ColumnArrays
 from oilfilm.settings.config import StepSettings
 from oilfilm.settings.rig import Rig
 
@@ -26,7 +26,7 @@ from oilfilm.settings.rig import Rig
 class Plausibility(Protocol):
     """Whether the samples of a run, in which so many levels were found, may have a mistake."""
 
-    def __call__(self, samples: Columns, level_count: int) -> bool:
+    def __call__(self, samples: ColumnArrays, level_count: int) -> bool:
         """True if they may have it."""
         ...
 
@@ -39,15 +39,15 @@ class Hypothesis:
         rule: Rule of a refusal for the mistake.
         sentence: The change with which the run would pass: the end of `the run would pass with`.
         undo: Gives the samples of the run without the mistake.
-        explains: Rules whose refusals the mistake may cause.
+        explained_rules: Rules whose refusals the mistake may cause.
         is_plausible: Whether samples may have the mistake.
         changed_settings: Changed settings, where the mistake is in the settings.
     """
 
     rule: str
     sentence: str
-    undo: Callable[[Columns], Columns]
-    explains: frozenset[str]
+    undo: Callable[[ColumnArrays], ColumnArrays]
+    explained_rules: frozenset[str]
     is_plausible: Plausibility = lambda samples, level_count: True
     changed_settings: Mapping[str, Any] = field(default_factory=dict)
 
@@ -111,12 +111,12 @@ class _WrongSpeeds(NamedTuple):
     Attributes:
         columns: Their columns of samples.
         phrase: What they are in a sentence.
-        explains: Rules whose refusals they may cause.
+        explained_rules: Rules whose refusals they may cause.
     """
 
     columns: tuple[str, ...]
     phrase: str
-    explains: frozenset[str]
+    explained_rules: frozenset[str]
 
 
 _WRONG_SPEEDS = (
@@ -126,10 +126,10 @@ _WRONG_SPEEDS = (
 )
 
 
-def factor_undo(factor: float, *columns: str) -> Callable[[Columns], Columns]:
+def undo_by_factor(factor: float, *columns: str) -> Callable[[ColumnArrays], ColumnArrays]:
     """The function `Hypothesis.undo` that multiplies some columns of samples by a factor."""
 
-    def undo(samples: Columns) -> Columns:
+    def undo(samples: ColumnArrays) -> ColumnArrays:
         corrected = dict(samples)
         for column in columns:
             corrected[column] = factor * samples[column]
@@ -144,9 +144,9 @@ def time_hypotheses() -> Iterator[Hypothesis]:
         yield Hypothesis(
             "time_unit",
             f"its time {factor:g} times as long, as {unit} labelled {labelled_unit} would be",
-            factor_undo(factor, "time_s"),
+            undo_by_factor(factor, "time_s"),
             _RULES_OF_WRONG_TIME,
-            partial(_has_usual_times, factor),
+            partial(_has_usual_times_only_with, factor),
         )
 
 
@@ -190,12 +190,12 @@ def _setting_hypothesis(
         # the samples are right: the setting is not
         dict,
         _RULES_OF_WRONG_TIME,
-        partial(_shorter_than, longest_run_s),
+        partial(_is_shorter_than, longest_run_s),
         {section: {"plateaus": {key: factor * value}}},
     )
 
 
-def _shorter_than(longest_run_s: float, samples: Columns, level_count: int) -> bool:
+def _is_shorter_than(longest_run_s: float, samples: ColumnArrays, level_count: int) -> bool:
     """Whether the run is shorter than that."""
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
@@ -209,8 +209,8 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
     """
     yield from time_hypotheses()
     for phrase, factor in _FORCE_FACTOR_OF_PHRASE.items():
-        undo = factor_undo(factor, "traction_force_n")
-        is_plausible = partial(_has_usual_traction, undo)
+        undo = undo_by_factor(factor, "traction_force_n")
+        is_plausible = partial(_has_usual_traction_once_undone, undo)
         yield Hypothesis(
             "force_scale", f"a traction force {phrase}", undo, _RULES_OF_WRONG_FORCE, is_plausible
         )
@@ -222,19 +222,19 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
         yield _exchange_hypothesis("spindle speeds", track_ratio, direction)
     for wrong_speeds in _WRONG_SPEEDS:
         sentence = f"the opposite sign of {wrong_speeds.phrase}"
-        undo = factor_undo(-1.0, *wrong_speeds.columns)
+        undo = undo_by_factor(-1.0, *wrong_speeds.columns)
         yield Hypothesis("speed_sign", sentence, undo, _RULES_OF_WRONG_SLIP)
-    yield from _speed_unit_hypotheses(with_spindles=track_ratio is not None)
+    yield from _speed_unit_hypotheses(has_spindle_speeds=track_ratio is not None)
     sentence = "its slide-roll ratio in percent"
     yield Hypothesis(
-        "slip_unit", sentence, _from_percent, _RULES_OF_WRONG_SLIP, _turns_one_body_backwards
+        "slip_unit", sentence, _undo_percent, _RULES_OF_WRONG_SLIP, _turns_one_body_backwards
     )
     # tried after the units, which name the cause more precisely. Wrong radii make all speeds of one
     # body wrong by one factor
     if track_ratio is not None:
         for column, body in ((_BALL_SPEED, "ball"), (_DISC_SPEED, "disc")):
             sentence = f"the {body}'s speed changed by the one ratio that makes both ends roll"
-            undo = partial(_rolling_at_start, column)
+            undo = partial(_undo_wrong_radii, column)
             yield Hypothesis(
                 "track_radii", sentence, undo, _RULES_OF_WRONG_SLIP, _has_one_ratio_at_ends
             )
@@ -245,27 +245,30 @@ def _exchange_hypothesis(speeds_phrase: str, track_ratio: float, direction: int)
 
     Args:
         speeds_phrase: The two columns in a sentence.
-        track_ratio: As for `_exchanged`.
+        track_ratio: As for `_undo_exchange`.
         direction: As for `traction_hypotheses`.
     """
     sentence = f"the {speeds_phrase} of ball and disc exchanged"
-    undo = partial(_exchanged, track_ratio)
-    is_plausible = partial(_slips_as_stated, undo, direction)
+    undo = partial(_undo_exchange, track_ratio)
+    is_plausible = partial(_slips_as_stated_once_undone, undo, direction)
     return Hypothesis("swapped_channels", sentence, undo, _RULES_OF_WRONG_SLIP, is_plausible)
 
 
-def _slips_as_stated(
-    undo: Callable[[Columns], Columns], direction: int, samples: Columns, level_count: int
+def _slips_as_stated_once_undone(
+    undo: Callable[[ColumnArrays], ColumnArrays],
+    direction: int,
+    samples: ColumnArrays,
+    level_count: int,
 ) -> bool:
     """Whether the body that the campaign file names is the slower one once a mistake is undone."""
     corrected = undo(samples)
     return bool(direction * np.nanmean(corrected[_DISC_SPEED] - corrected[_BALL_SPEED]) > 0)
 
 
-def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
-    """Speeds in another unit than their label says; units of spindle speeds where asked for."""
+def _speed_unit_hypotheses(has_spindle_speeds: bool) -> Iterator[Hypothesis]:
+    """Speeds in another unit than their label says; of spindles too if `has_spindle_speeds`."""
     factor_of_mistake = dict(_SPEED_UNIT_MISTAKES)
-    if with_spindles:
+    if has_spindle_speeds:
         for unit, labelled_unit in permutations(_RPM_PER_SPINDLE_UNIT, 2):
             factor_of_mistake[unit, labelled_unit] = (
                 _RPM_PER_SPINDLE_UNIT[unit] / _RPM_PER_SPINDLE_UNIT[labelled_unit]
@@ -273,36 +276,36 @@ def _speed_unit_hypotheses(with_spindles: bool) -> Iterator[Hypothesis]:
     for wrong_speeds in _WRONG_SPEEDS:
         for (unit, labelled_unit), factor in factor_of_mistake.items():
             phrase = f"{factor:.4g} times as large, as {unit} labelled {labelled_unit} would be"
-            undo = factor_undo(factor, *wrong_speeds.columns)
+            undo = undo_by_factor(factor, *wrong_speeds.columns)
             yield Hypothesis(
                 "speed_unit",
                 f"{wrong_speeds.phrase} {phrase}",
                 undo,
-                wrong_speeds.explains,
-                partial(_rolls_with, undo),
+                wrong_speeds.explained_rules,
+                partial(_rolls_once_undone, undo),
             )
 
 
-def _rolling_at_start(column: str, samples: Columns) -> Columns:
+def _undo_wrong_radii(column: str, samples: ColumnArrays) -> ColumnArrays:
     """Samples with one body's speed scaled so that both speeds are equal before the sweep."""
     ratio, _ = _ratios_at_ends(samples)
-    return factor_undo(ratio if column == _BALL_SPEED else 1 / ratio, column)(samples)
+    return undo_by_factor(ratio if column == _BALL_SPEED else 1 / ratio, column)(samples)
 
 
-def _ratios_at_ends(samples: Columns) -> tuple[float, float]:
+def _ratios_at_ends(samples: ColumnArrays) -> tuple[float, float]:
     """Disc speed over ball speed at the beginning and at the end; 1 where one does not turn."""
     beginning = _speed_ratio(samples, slice(None, _ROWS_AT_EACH_END))
     end = _speed_ratio(samples, slice(-_ROWS_AT_EACH_END, None))
     return beginning, end
 
 
-def _speed_ratio(samples: Columns, rows: slice) -> float:
+def _speed_ratio(samples: ColumnArrays, rows: slice) -> float:
     ball_speed = median(samples[_BALL_SPEED][rows])
     disc_speed = median(samples[_DISC_SPEED][rows])
     return disc_speed / ball_speed if ball_speed > 0 and disc_speed > 0 else 1.0
 
 
-def _has_one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
+def _has_one_ratio_at_ends(samples: ColumnArrays, level_count: int) -> bool:
     """Whether the ratio of the speeds is the same at both ends, and is no slip of a sweep."""
     beginning, end = _ratios_at_ends(samples)
     smallest, largest = _SLIP_RANGE_AT_START
@@ -311,7 +314,7 @@ def _has_one_ratio_at_ends(samples: Columns, level_count: int) -> bool:
     return is_same_ratio and not smallest <= slip <= largest
 
 
-def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
+def _has_usual_times_only_with(factor: float, samples: ColumnArrays, level_count: int) -> bool:
     """Whether no rig has the logged times, but rigs have these times multiplied by a factor.
 
     The length of the levels counts: a short level alone does not show that the time is in minutes.
@@ -327,7 +330,9 @@ def _has_usual_times(factor: float, samples: Columns, level_count: int) -> bool:
     return are_usual(factor) and not are_usual(1.0)
 
 
-def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_count: int) -> bool:
+def _rolls_once_undone(
+    undo: Callable[[ColumnArrays], ColumnArrays], samples: ColumnArrays, level_count: int
+) -> bool:
     """Whether ball and disc roll on each other once a mistake is undone."""
     corrected = undo(samples)
     ball_speed = median(corrected[_BALL_SPEED])
@@ -337,8 +342,8 @@ def _rolls_with(undo: Callable[[Columns], Columns], samples: Columns, level_coun
     return 1 / _LARGEST_ROLLING_RATIO < abs(ball_speed / disc_speed) < _LARGEST_ROLLING_RATIO
 
 
-def _has_usual_traction(
-    undo: Callable[[Columns], Columns], samples: Columns, level_count: int
+def _has_usual_traction_once_undone(
+    undo: Callable[[ColumnArrays], ColumnArrays], samples: ColumnArrays, level_count: int
 ) -> bool:
     """Whether the largest forces are those of an oil once a mistake is undone."""
     corrected = undo(samples)
@@ -347,12 +352,12 @@ def _has_usual_traction(
     return bool(largest_force_n > _SMALLEST_USUAL_PEAK * load_n)
 
 
-def _turns_one_body_backwards(samples: Columns, level_count: int) -> bool:
+def _turns_one_body_backwards(samples: ColumnArrays, level_count: int) -> bool:
     """Whether one body turns backwards: a slip that is a hundred times too large causes this."""
     return bool(np.any(samples[_BALL_SPEED] * samples[_DISC_SPEED] < 0))
 
 
-def _exchanged(track_ratio: float, samples: Columns) -> Columns:
+def _undo_exchange(track_ratio: float, samples: ColumnArrays) -> ColumnArrays:
     """Samples with ball and disc exchanged.
 
     Args:
@@ -365,7 +370,7 @@ def _exchanged(track_ratio: float, samples: Columns) -> Columns:
     return corrected
 
 
-def _from_percent(samples: Columns) -> Columns:
+def _undo_percent(samples: ColumnArrays) -> ColumnArrays:
     """Samples of a log with entrainment speed and slip, with a hundredth of the slip."""
     mean_m_s = (samples[_BALL_SPEED] + samples[_DISC_SPEED]) / 2
     sliding_m_s = (samples[_DISC_SPEED] - samples[_BALL_SPEED]) / 100

@@ -12,7 +12,7 @@ import pandas as pd
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, FloatArray, IndexArray
 from oilfilm.curation import statistics
-from oilfilm.curation.rig_kind import Division, RigKind, Run, Signals, unknown_values
+from oilfilm.curation.rig_kind import Division, MeasuredRun, RigKind, Signals, unknown_values
 from oilfilm.curation.statistics import Stretches, median
 from oilfilm.curation.zero import (
     moved_zero_refusal,
@@ -20,11 +20,13 @@ from oilfilm.curation.zero import (
     sliding_phase_refusal,
     zero_reference,
 )
-from oilfilm.logs.base import Columns, Refusal
+from oilfilm.logs.base import ColumnArrays, Refusal
 from oilfilm.settings.config import StepSettings
 
 
-def measure(signals: Signals, rig_kind: RigKind, rig_name: str, is_settled: bool = False) -> Run:
+def measure_run(
+    signals: Signals, rig_kind: RigKind, rig_name: str, is_settled: bool = False
+) -> MeasuredRun:
     """The plateaus of a run, less the zero of its sensor.
 
     Args:
@@ -34,29 +36,29 @@ def measure(signals: Signals, rig_kind: RigKind, rig_name: str, is_settled: bool
         is_settled: Whether each row is a settled reading, the zero removed by the rig.
     """
     if is_settled:
-        run = Run(rig_kind, signals, signals, _settled_readings(signals, rig_kind))
+        run = MeasuredRun(rig_kind, signals, signals, _settled_readings(signals, rig_kind))
         return replace(run, refusal=rig_kind.settled_refusal(run))
-    division = rig_kind.divide(signals, rig_name)
+    division = rig_kind.divide_run(signals, rig_name)
     usable_signals = division.signals
     phases, refusal = _usable_phases(division, rig_kind)
-    phases_to_cut_off = phases if division.phases_in_levels else []
+    phases_to_cut_off = phases if division.are_phases_in_levels else []
     starts, stops = _levels_without_phases(division, phases_to_cut_off, rig_kind)
-    averages = average(usable_signals, starts, stops, rig_kind)
+    averages = average_plateaus(usable_signals, starts, stops, rig_kind)
     if refusal is not None:
         zero_of_plateau = zero_of_plateau_se = unknown_values(len(starts))
     else:
         spike_threshold = rig_kind.settings.curation.spikes.threshold
         zero = zero_reference(
-            division.rest_signals, rig_kind.sensor.column, division.phases, spike_threshold
+            division.phase_signals, rig_kind.sensor.column, division.phases, spike_threshold
         )
         zero_of_plateau = zero.zero_at(averages["time_s"])
         zero_of_plateau_se = zero.standard_error_at(averages["time_s"])
         refusal = moved_zero_refusal(
-            zero, division, rig_kind.sensor, rig_kind.zero_drift_max, rig_kind.gates
+            zero, division, rig_kind.sensor, rig_kind.zero_drift_max, rig_kind.gate_limits
         )
-    plateaus = rig_kind.derive(averages, zero_of_plateau, zero_of_plateau_se)
-    turning_signals = usable_signals.select(division.turning_samples)
-    run = Run(
+    plateaus = rig_kind.derive_plateaus(averages, zero_of_plateau, zero_of_plateau_se)
+    turning_signals = usable_signals.select(division.turning_selection)
+    run = MeasuredRun(
         rig_kind,
         signals,
         turning_signals,
@@ -69,14 +71,16 @@ def measure(signals: Signals, rig_kind: RigKind, rig_name: str, is_settled: bool
     return ramp or replace(run, refusal=rig_kind.zero_refusal(run, division, rig_name))
 
 
-def _settled_readings(signals: Signals, rig_kind: RigKind) -> Columns:
+def _settled_readings(signals: Signals, rig_kind: RigKind) -> ColumnArrays:
     """Plateaus of one row each, without errors and changes; the rig has removed the zero."""
     count = len(signals)
     rows = np.arange(count)
-    averages: Columns = dict(signals.columns) | average(signals, rows, rows + 1, rig_kind)
+    averages: ColumnArrays = dict(signals.columns) | average_plateaus(
+        signals, rows, rows + 1, rig_kind
+    )
     averages["duration_s"] = unknown_values(count)
     averages["n_samples"] = np.ones(count, dtype=np.int64)
-    return rig_kind.derive(
+    return rig_kind.derive_plateaus(
         averages, zero_of_plateau=np.zeros(count), zero_of_plateau_se=unknown_values(count)
     )
 
@@ -88,9 +92,9 @@ def _usable_phases(division: Division, rig_kind: RigKind) -> tuple[list[slice], 
     for name, phase in division.phases.items():
         phase_in_words = f"{name} phase of {division.rest_in_words}"
         refusal = short_phase_refusal(
-            division.rest_signals, phase, phase_in_words, rig_kind.zero_settings.min_duration_s
+            division.phase_signals, phase, phase_in_words, rig_kind.zero_settings.min_duration_s
         )
-        if refusal is None and division.phases_in_levels:
+        if refusal is None and division.are_phases_in_levels:
             refusal = sliding_phase_refusal(division, name, largest_slip)
         if refusal is not None:
             return usable_phases, refusal
@@ -106,12 +110,12 @@ def _levels_without_phases(
     The rest of such a level is a plateau if it is long enough.
     """
     interval_s = division.signals.interval_s
-    starts, stops = division.starts, division.stops
+    starts, stops = division.level_starts, division.level_stops
     for phase in phases:
         has_phase = (starts < phase.stop) & (stops > phase.start)
         starts = np.where(has_phase, phase.stop, starts)
-        rest_s = (stops - starts) * interval_s
-        is_kept = ~has_phase | reaches(rest_s, rig_kind.plateau_settings.min_duration_s)
+        remaining_s = (stops - starts) * interval_s
+        is_kept = ~has_phase | reaches(remaining_s, rig_kind.plateau_settings.min_duration_s)
         starts = starts[is_kept]
         stops = stops[is_kept]
     if len(division.signals) == 0:
@@ -121,7 +125,9 @@ def _levels_without_phases(
     return np.minimum(starts, stops - 1), stops
 
 
-def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: RigKind) -> Columns:
+def average_plateaus(
+    signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: RigKind
+) -> ColumnArrays:
     """Means over plateaus without spikes of the sensor, with errors, changes and transients.
 
     Args:
@@ -138,7 +144,7 @@ def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: R
     is_in_first_half = stretches.is_in_first_part(is_used, 1 / 2)
     is_in_beginning = stretches.is_in_first_part(is_used, settings.plateaus.transient_share)
     rows_per_reading = statistics.rows_per_reading(sensor)
-    averages: Columns = {
+    averages: ColumnArrays = {
         "first_row": signals.row_numbers[starts],
         "last_row": signals.row_numbers[stops - 1],
         "n_samples": stretches.counts(is_used) // rows_per_reading,
@@ -153,14 +159,14 @@ def average(signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: R
         if name in rig_kind.columns_with_error:
             averages[f"{name}_se"] = stretches.standard_errors(plateau_samples, is_used, mean)
         if name in rig_kind.columns_with_change:
-            mean_of_rest = stretches.means(plateau_samples, is_used & ~is_in_first_half)
-            averages[f"{name}_change"] = mean_of_rest - stretches.means(
+            mean_of_remainder = stretches.means(plateau_samples, is_used & ~is_in_first_half)
+            averages[f"{name}_change"] = mean_of_remainder - stretches.means(
                 plateau_samples, is_in_first_half
             )
         if name in rig_kind.columns_with_transient:
-            mean_of_rest = stretches.means(plateau_samples, is_used & ~is_in_beginning)
+            mean_of_remainder = stretches.means(plateau_samples, is_used & ~is_in_beginning)
             averages[f"{name}_transient"] = (
-                stretches.means(plateau_samples, is_in_beginning) - mean_of_rest
+                stretches.means(plateau_samples, is_in_beginning) - mean_of_remainder
             )
     return averages
 
@@ -180,22 +186,26 @@ def find_steps(
         min_step: Smallest step, in the unit of the signal.
         settings: `window_s` and `noise_factor` of config's plateaus.
     """
-    window = max(round(settings.window_s / interval_s), 2)
-    if len(signal) < 2 * window:
+    window_samples = max(round(settings.window_s / interval_s), 2)
+    if len(signal) < 2 * window_samples:
         return np.array([], dtype=np.int64)
     running_sum = np.concatenate([[0.0], np.cumsum(signal)])
-    sums = running_sum[window:] - running_sum[:-window]
+    window_sums = running_sum[window_samples:] - running_sum[:-window_samples]
     # the first difference is at the first sample with a full window before it
-    change = np.abs(sums[window:] - sums[:-window]) / window
+    mean_change = (
+        np.abs(window_sums[window_samples:] - window_sums[:-window_samples]) / window_samples
+    )
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(signal))) / np.sqrt(2)
-    limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window))
+    limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window_samples))
     # noise may give two peaks within a window for one step: the higher one counts, or the first of
     # equals
-    highest_around = pd.Series(change).rolling(2 * window + 1, center=True, min_periods=1).max()
-    is_peak = reaches(change, highest_around.to_numpy())
-    peak_index = np.flatnonzero(is_peak & exceeds(change, limit))
-    distance_to_last_peak = np.diff(peak_index, prepend=-window - 1)
-    return window + peak_index[distance_to_last_peak > window]
+    highest_around = (
+        pd.Series(mean_change).rolling(2 * window_samples + 1, center=True, min_periods=1).max()
+    )
+    is_peak = reaches(mean_change, highest_around.to_numpy())
+    peak_index = np.flatnonzero(is_peak & exceeds(mean_change, limit))
+    distance_to_last_peak = np.diff(peak_index, prepend=-window_samples - 1)
+    return window_samples + peak_index[distance_to_last_peak > window_samples]
 
 
 def settled_parts(

@@ -21,7 +21,7 @@ from oilfilm.base.units import BoolArray
 from oilfilm.curation.gate import RULES, Gate, Gates, PlateauJudge, refusal_by, unit_hint
 from oilfilm.curation.rig_kind import RigKind
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.zero import DIRECTION
+from oilfilm.curation.zero import DIRECTION_COLUMN
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
@@ -29,7 +29,8 @@ PLATEAU_GATES: Gates[PlateauJudge] = Gates()
 gate = PLATEAU_GATES.gate
 
 
-def _off_nominal(points: pd.DataFrame, column: str, tolerance: float) -> BoolArray:
+def _is_off_nominal(points: pd.DataFrame, column: str, tolerance: float) -> BoolArray:
+    """Mask of the plateaus at which a column is off its set point by more than a share of it."""
     nominal = points[f"nominal_{column}"]
     return exceeds((points[column] - nominal).abs(), tolerance * nominal)
 
@@ -49,7 +50,7 @@ def too_short(points: pd.DataFrame, rig_kind: RigKind) -> BoolArray:
 @gate
 def load_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The load is not the one that was set."""
-    return _off_nominal(points, "load_n", rig_kind.gates.load_tolerance)
+    return _is_off_nominal(points, "load_n", rig_kind.gate_limits.load_tolerance)
 
 
 @gate
@@ -57,7 +58,7 @@ def speed_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The entrainment speed is not the one that was set."""
     speed = held_speed(points)
     nominal = points["nominal_entrainment_speed_m_s"]
-    return exceeds((speed - nominal).abs(), rig_kind.gates.speed_tolerance * nominal)
+    return exceeds((speed - nominal).abs(), rig_kind.gate_limits.speed_tolerance * nominal)
 
 
 def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
@@ -68,7 +69,7 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     """
     speeds = pd.DataFrame(controlled_speeds(points))
     # ball and disc exchange their speeds where the slip changes its direction
-    signed_half_slip = points[DIRECTION] * points["slide_roll_ratio"] / 2
+    signed_half_slip = points[DIRECTION_COLUMN] * points["slide_roll_ratio"] / 2
     mean_speed = points["entrainment_speed_m_s"]
     speeds["one body"] = mean_speed * (1 + signed_half_slip)
     speeds["other body"] = mean_speed * (1 - signed_half_slip)
@@ -98,15 +99,15 @@ def controlled_speeds(points: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
 def temperature_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The inlet temperature is not the one that was set."""
     off_c = points["inlet_temperature_c"] - points["nominal_inlet_temperature_c"]
-    return exceeds(off_c.abs(), rig_kind.gates.temperature_tolerance_c)
+    return exceeds(off_c.abs(), rig_kind.gate_limits.temperature_tolerance_c)
 
 
 @gate
 def slip_out_of_range(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The slide-roll ratio is one that no sweep reaches."""
     slip = points["slide_roll_ratio"]
-    is_high_enough = reaches(slip, rig_kind.gates.slide_roll_ratio_min)
-    is_low_enough = reaches(rig_kind.gates.slide_roll_ratio_max, slip)
+    is_high_enough = reaches(slip, rig_kind.gate_limits.slide_roll_ratio_min)
+    is_low_enough = reaches(rig_kind.gate_limits.slide_roll_ratio_max, slip)
     return ~(is_high_enough & is_low_enough)
 
 
@@ -118,23 +119,25 @@ def slip_off_set_point(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray
     if len(planned) == 0:
         return np.zeros(len(points), dtype=bool)
     distance = np.abs(slip[:, np.newaxis] - planned)
-    return np.asarray(exceeds(distance, rig_kind.gates.slip_tolerance).all(axis=1))
+    return np.asarray(exceeds(distance, rig_kind.gate_limits.slip_tolerance).all(axis=1))
 
 
 @gate
 def not_steady(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """Slip or traction differs between the two halves of a plateau."""
-    is_slip_changing = points["slip_change"].abs() > rig_kind.gates.slip_change_max
-    is_traction_changing = points["traction_change"].abs() > rig_kind.gates.traction_change_max
+    is_slip_changing = points["slip_change"].abs() > rig_kind.gate_limits.slip_change_max
+    is_traction_changing = (
+        points["traction_change"].abs() > rig_kind.gate_limits.traction_change_max
+    )
     return is_slip_changing | is_traction_changing
 
 
 @gate
 def transient_not_ended(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The beginning of a plateau differs from the rest of it."""
-    has_slip_transient = points["slip_transient"].abs() > rig_kind.gates.slip_transient_max
+    has_slip_transient = points["slip_transient"].abs() > rig_kind.gate_limits.slip_transient_max
     has_traction_transient = (
-        points["traction_transient"].abs() > rig_kind.gates.traction_transient_max
+        points["traction_transient"].abs() > rig_kind.gate_limits.traction_transient_max
     )
     return has_slip_transient | has_traction_transient
 
@@ -148,13 +151,13 @@ def torque_drifts(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
 @gate
 def load_changes(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The load differs between the two halves of a plateau."""
-    return points["load_change"].abs() > rig_kind.gates.load_change_max
+    return points["load_change"].abs() > rig_kind.gate_limits.load_change_max
 
 
 @gate
 def temperature_changes(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     """The oil's temperature differs between the two halves of a plateau."""
-    return points["temperature_change_c"].abs() > rig_kind.gates.temperature_change_max_c
+    return points["temperature_change_c"].abs() > rig_kind.gate_limits.temperature_change_max_c
 
 
 @gate
@@ -163,7 +166,7 @@ def spiky(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
     spikes = points["n_spikes"]
     readings = points["n_samples"] + spikes
     # a single spike is allowed even where it is a large share of few readings
-    return (spikes > 1) & exceeds(spikes, rig_kind.gates.spike_share_max * readings)
+    return (spikes > 1) & exceeds(spikes, rig_kind.gate_limits.spike_share_max * readings)
 
 
 @gate
@@ -186,7 +189,7 @@ def film_off_trend(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
             trend = scipy.stats.siegelslopes(log_film, log_speed)
             residual = log_film - trend.intercept - trend.slope * log_speed
             is_off_trend[readings_of_run.index] = np.abs(residual) > np.log(
-                rig_kind.gates.film_trend_factor
+                rig_kind.gate_limits.film_trend_factor
             )
     return is_off_trend.to_numpy()
 
@@ -194,29 +197,32 @@ def film_off_trend(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
 @gate
 def force_not_reversed(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The force of one direction of slip had not reversed."""
-    is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gates.asymmetry_slip_min
-    return is_sliding & (points["force_asymmetry"] > rig_kind.gates.asymmetry_max)
+    is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gate_limits.asymmetry_slip_min
+    return is_sliding & (points["force_asymmetry"] > rig_kind.gate_limits.asymmetry_max)
 
 
 @gate
 def traction_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The traction coefficient is one that no oil has."""
     mu = points["traction_coefficient"]
-    return ~mu.between(rig_kind.gates.traction_min, rig_kind.gates.traction_max) & mu.notna()
+    return (
+        ~mu.between(rig_kind.gate_limits.traction_min, rig_kind.gate_limits.traction_max)
+        & mu.notna()
+    )
 
 
 def _hint_at_unit_of_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the units of the load with which too large traction coefficients are usual ones."""
     mu_sizes = points["traction_coefficient"].abs()
-    is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gates.sign_slip_min
+    is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gate_limits.sign_slip_min
     median_mu = mu_sizes[is_sliding].median()
     largest_mu = mu_sizes.max()
-    if largest_mu <= rig_kind.gates.traction_max:
+    if largest_mu <= rig_kind.gate_limits.traction_max:
         return ""
 
     def is_usual_in_unit(unit_n: float) -> bool:
-        is_usual = median_mu / unit_n >= rig_kind.gates.sliding_traction_usual
-        is_possible = largest_mu / unit_n <= rig_kind.gates.traction_max
+        is_usual = median_mu / unit_n >= rig_kind.gate_limits.sliding_traction_usual
+        is_possible = largest_mu / unit_n <= rig_kind.gate_limits.traction_max
         return bool(is_usual and is_possible)
 
     return unit_hint("load", is_usual_in_unit)
@@ -224,8 +230,8 @@ def _hint_at_unit_of_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
 
 def _is_slip_held(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """Plateaus whose slip is steady; on a ramp between two slips it is not."""
-    is_changing = points["slip_change"].abs() > rig_kind.gates.slip_change_max
-    has_transient = points["slip_transient"].abs() > rig_kind.gates.slip_transient_max
+    is_changing = points["slip_change"].abs() > rig_kind.gate_limits.slip_change_max
+    has_transient = points["slip_transient"].abs() > rig_kind.gate_limits.slip_transient_max
     return ~(is_changing | has_transient)
 
 
@@ -235,10 +241,10 @@ def _is_surely_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Se
     A small negative coefficient without slip is none of them: the zero may be slightly off.
     """
     mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
-    is_sliding = points["slide_roll_ratio"] > rig_kind.gates.sign_slip_min
-    error = rig_kind.gates.significant_errors * error
-    is_above = mu - error > rig_kind.gates.traction_max
-    return is_above | (is_sliding & (mu + error < rig_kind.gates.traction_min))
+    is_sliding = points["slide_roll_ratio"] > rig_kind.gate_limits.sign_slip_min
+    error = rig_kind.gate_limits.significant_errors * error
+    is_above = mu - error > rig_kind.gate_limits.traction_max
+    return is_above | (is_sliding & (mu + error < rig_kind.gate_limits.traction_min))
 
 
 @gate
@@ -277,7 +283,7 @@ def unloaded(points: pd.DataFrame, rig_kind: RigKind) -> "pd.Series[bool]":
 def _hint_at_unit_of_set_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the units of the load with which it is the load that was set."""
     load_ratio = points["load_n"].mean() / points["nominal_load_n"].median()
-    largest_deviation = 2 * rig_kind.gates.load_tolerance
+    largest_deviation = 2 * rig_kind.gate_limits.load_tolerance
 
     def is_set_load_in_unit(unit_n: float) -> bool:
         return bool(abs(load_ratio * unit_n - 1) < largest_deviation)
@@ -288,7 +294,7 @@ def _hint_at_unit_of_set_load(points: pd.DataFrame, rig_kind: TractionRig) -> st
 def _hint_at_slip_limit(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the limit with which the largest slip passes, in whole per cent; else empty."""
     largest_slip = points["slide_roll_ratio"].max()
-    if not exceeds(largest_slip, rig_kind.gates.slide_roll_ratio_max):
+    if not exceeds(largest_slip, rig_kind.gate_limits.slide_roll_ratio_max):
         return ""
     limit = np.ceil(100 * largest_slip) / 100
     return f"; they would pass with gates.slide_roll_ratio_max of {limit:g}"
@@ -382,8 +388,8 @@ def refusals_of_unusable_runs(
     count_by_run = judgements_by_run.sum()
     any_by_run = judgements_by_run.any()
     largest_faulty_share, fewest_faulty = (
-        rig_kind.gates.faulty_share_max,
-        rig_kind.gates.faulty_plateaus_min,
+        rig_kind.gate_limits.faulty_share_max,
+        rig_kind.gate_limits.faulty_plateaus_min,
     )
     do_many_fail = share_by_run["faulty_where_held"] > largest_faulty_share
     do_many_fail &= count_by_run["faulty_where_held"] >= fewest_faulty
@@ -471,7 +477,7 @@ def _refusal_of_run(
         return refusal_by(
             "no_point_left",
             count=is_informative.sum(),
-            which="" if is_informative.all() else " that slide",
+            that_slide="" if is_informative.all() else " that slide",
             counts=_gate_counts_in_words(failed_by_gate[is_informative]),
         )
     is_blamed = judgements["blamed"]
@@ -482,7 +488,7 @@ def _refusal_of_run(
         plateaus=len(points),
         share=is_blamed.mean(),
         counts=_gate_counts_in_words(failed_by_gate.loc[is_blamed, blaming_gate_names]),
-        allowed=rig_kind.gates.faulty_share_max,
+        allowed=rig_kind.gate_limits.faulty_share_max,
     )
 
 

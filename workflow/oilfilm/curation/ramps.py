@@ -29,7 +29,7 @@ import numpy as np
 import scipy
 
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
-from oilfilm.curation.rig_kind import ForceLag, Run, Signals
+from oilfilm.curation.rig_kind import ForceLag, MeasuredRun, Signals
 from oilfilm.curation.statistics import Stretches, mean_with_error, median
 from oilfilm.curation.zero import short_phase_refusal
 from oilfilm.logs.base import Refusal
@@ -43,14 +43,14 @@ _LARGEST_HELD_SHARE = 1 / 4
 _SHARE_CALLED_MOST = 0.8
 # A ramp makes most of its path in at least this share of the time: a straight ramp in 0.8, a sine
 # in 0.59. Steps need less than 0.3.
-_LEAST_TIME_OF_PATH = 0.4
+_LEAST_TIME_SHARE_OF_PATH = 0.4
 # Largest path of the slip over the path from turn to turn. Noise of a slow body makes it larger.
 _LARGEST_PATH_RATIO = 1.3
 # Changes of the slip are taken over this time.
 _CHANGE_TIME_S = 0.2
 # A ramp has most of the squares of its changes in at least this share of the time: noise in 0.4, a
 # sine in 0.5. Steps that are too small to be found as levels have them in less than 0.15.
-_LEAST_TIME_OF_SQUARES = 0.25
+_LEAST_TIME_SHARE_OF_SQUARES = 0.25
 # A single fall to rolling makes at most this share of the changes.
 _SHARE_OF_A_FALL = 0.02
 # The path is counted from the means of so many windows.
@@ -60,7 +60,7 @@ _SLIP_SCALE = 0.01
 # Fewer sliding samples show no ramp.
 _FEWEST_SAMPLES = 30
 # Fewer points give no curve of mu.
-FEWEST_POINTS = 5
+FEWEST_RAMP_POINTS = 5
 
 # --- how a ramp is measured
 
@@ -84,7 +84,7 @@ _KNOT_RATIOS = (1.4, 1.7)
 # The first knot is at this slip or above.
 _FIRST_KNOT_SLIP = 0.0015
 # At least so many rows are between two knots.
-_ROWS_PER_KNOT = 4
+_FEWEST_ROWS_PER_KNOT = 4
 # For the distance of knots, the slip of a slow ramp counts as if it had reached its largest value
 # in so many rows.
 _MOST_ROWS_TO_LARGEST_SLIP = 1000
@@ -106,16 +106,16 @@ _MOST_EVALUATIONS = 30
 # The force may be read before the slip of its row, by at most so many rows.
 _EARLIEST_LAG_ROWS = 0.5
 # A spike is compared with the median of so many samples.
-_SAMPLES_OF_MEDIAN = 9
+_MEDIAN_FILTER_SAMPLES = 9
 # Rising and falling slip may show the lag if both cover at least this share of the slips.
 _LEAST_COVERED_SHARE = 1 / 2
 # The share is counted at so many slips.
-_SLIPS_OF_COVER = 200
+_COVER_SLIP_COUNT = 200
 # Both directions of slip show the zero if the smaller of their largest slips is at least this share
 # of the larger one.
 _LEAST_SHARE_OF_OTHER_DIRECTION = 1 / 2
 # If the lag is beyond this share of its range, it may be longer than the range.
-LARGEST_SHARE_OF_RANGE = 0.95
+LARGEST_SHARE_OF_LAG_RANGE = 0.95
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ class _Ramp:
     """The rows of a ramp, averaged where there are many, each array of shape (rows,).
 
     Attributes:
-        time: Time from 0 to 1.
+        relative_time: Time from 0 at the first row to 1 at the last.
         interval_s: Time between rows.
         slip: Slide-roll ratio, smoothed.
         slip_noise: Standard deviation of its noise.
@@ -162,7 +162,7 @@ class _Ramp:
         samples_per_row: Samples that are averaged to a row.
     """
 
-    time: FloatArray
+    relative_time: FloatArray
     interval_s: float
     slip: FloatArray
     slip_noise: float
@@ -196,7 +196,7 @@ class _Trial:
 
 
 def is_ramp(
-    run: Run, plateau_settings: PlateauSettings, rolling_slip: float, is_held: BoolArray
+    run: MeasuredRun, plateau_settings: PlateauSettings, rolling_slip: float, is_held: BoolArray
 ) -> bool:
     """Whether the slip of a run changes continuously. False if it is held in levels.
 
@@ -217,14 +217,17 @@ def is_ramp(
         return False
     sliding_slip = slip[sliding_index[0] : sliding_index[-1] + 1]
     slip_scales = (sliding_slip, np.arcsinh(sliding_slip / _SLIP_SCALE))
-    if max(_time_share_of_path(scaled_slip) for scaled_slip in slip_scales) < _LEAST_TIME_OF_PATH:
+    if (
+        max(_time_share_of_path(scaled_slip) for scaled_slip in slip_scales)
+        < _LEAST_TIME_SHARE_OF_PATH
+    ):
         return False
     if not _goes_from_turn_to_turn(sliding_slip):
         return False
     samples_per_change = max(round(_CHANGE_TIME_S / run.signals.interval_s), 1)
     return (
         max(_time_share_of_squares(scaled_slip, samples_per_change) for scaled_slip in slip_scales)
-        >= _LEAST_TIME_OF_SQUARES
+        >= _LEAST_TIME_SHARE_OF_SQUARES
     )
 
 
@@ -285,7 +288,7 @@ class RampZero:
     refusal: Refusal | None = None
 
 
-def rolling_zero(
+def ramp_zero(
     signals: Signals, zero_source_name: str, window_s: float, zero_settings: ZeroReferenceSettings
 ) -> RampZero:
     """How the zero is found: by rolling at the ends of a ramp, or by both directions of slip.
@@ -349,7 +352,7 @@ def ramp_points(
     signals: Signals,
     lag_range_s: Sequence[float],
     zero_term_count: int,
-    least_slip: float,
+    smallest_slip: float,
     spike_threshold: float,
 ) -> RampPoints | None:
     """Traction coefficients at points of a ramp. None if it resolves too few slips.
@@ -358,10 +361,10 @@ def ramp_points(
         signals: Its samples, rolling included, one after the other.
         lag_range_s: Smallest and largest lag of the force behind the slip.
         zero_term_count: `RampZero.term_count`.
-        least_slip: Smallest slip at which a point is given.
+        smallest_slip: Smallest slip at which a point is given.
         spike_threshold: Threshold of a spike of the force, in robust standard deviations.
     """
-    force_n, is_spike = without_spikes(signals["traction_force_n"], spike_threshold)
+    force_n, is_spike = replace_spikes(signals["traction_force_n"], spike_threshold)
     ramp = _averaged_ramp(signals, force_n)
     shortest_lag_s, longest_lag_s = lag_range_s
     may_show_lag = longest_lag_s > shortest_lag_s and _may_show_its_lag(ramp)
@@ -369,13 +372,13 @@ def ramp_points(
     trials, effective_variance_n2, shows_lag = _weighted_trials(
         ramp, shortest_lag_s, longest_lag_s, zero_term_count, may_show_lag
     )
-    slip_sizes, branch_of_point = _slips_of_points(ramp, trials[0].knots, least_slip)
-    if len(slip_sizes) < FEWEST_POINTS:
+    point_slip_sizes, branch_of_point = _slips_of_points(ramp, trials[0].knots, smallest_slip)
+    if len(point_slip_sizes) < FEWEST_RAMP_POINTS:
         return None
     mu_of_trials, mu_se_of_trials, drift_n_of_trials = [], [], []
     for trial in trials:
         trial_mu, trial_mu_se, trial_drift_n = _curve_of_trial(
-            ramp, trial, zero_term_count, effective_variance_n2, slip_sizes, branch_of_point
+            ramp, trial, zero_term_count, effective_variance_n2, point_slip_sizes, branch_of_point
         )
         mu_of_trials.append(trial_mu)
         mu_se_of_trials.append(trial_mu_se)
@@ -384,7 +387,7 @@ def ramp_points(
     mu, mu_se = _mean_of_trials(np.array(mu_of_trials), np.array(mu_se_of_trials), weights)
     lag_s_of_trials = np.array([trial.lag_s for trial in trials])
     lag_s, lag_se_s = _mean_of_trials(lag_s_of_trials, np.zeros(len(lag_s_of_trials)), weights)
-    starts, stops = _rows_of_points(ramp, slip_sizes, branch_of_point)
+    starts, stops = _rows_of_points(ramp, point_slip_sizes, branch_of_point)
     signs = np.array(
         [np.sign(median(ramp.slip[ramp.branch_of_row == branch])) for branch in branch_of_point]
     )
@@ -393,7 +396,7 @@ def ramp_points(
     stops = stops[has_rows] * ramp.samples_per_row
     stretches = Stretches(starts, stops)
     return RampPoints(
-        slip=(signs * slip_sizes)[has_rows],
+        slip=(signs * point_slip_sizes)[has_rows],
         mu=(signs * mu)[has_rows],
         mu_se=np.hypot(mu_se, _RELATIVE_CURVE_ERROR * mu)[has_rows],
         starts=starts,
@@ -418,7 +421,7 @@ def _mean_of_trials(
     return mean, np.sqrt(weights @ standard_errors**2 + weights @ (values - mean) ** 2)
 
 
-def without_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
+def replace_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, BoolArray]:
     """A signal with the median of its neighbours in place of spikes, and the mask of spikes.
 
     Args:
@@ -426,7 +429,7 @@ def without_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, Bo
         threshold: Distance from that median beyond which a sample is a spike, in standard
             deviations of the noise.
     """
-    median_signal = scipy.ndimage.median_filter(signal, _SAMPLES_OF_MEDIAN, mode="nearest")
+    median_signal = scipy.ndimage.median_filter(signal, _MEDIAN_FILTER_SAMPLES, mode="nearest")
     # a signal without noise has no spikes
     limit = threshold * _noise_sd(signal) or np.inf
     is_spike = np.abs(signal - median_signal) > limit
@@ -454,7 +457,7 @@ def _averaged_ramp(signals: Signals, force_n: FloatArray) -> _Ramp:
         np.abs(slip - smooth_slip) > _CORNER_ERRORS * slip_noise, slip, smooth_slip
     )
     return _Ramp(
-        time=np.linspace(0.0, 1.0, len(slip)),
+        relative_time=np.linspace(0.0, 1.0, len(slip)),
         interval_s=interval_s,
         slip=smooth_slip,
         slip_noise=slip_noise * float(np.sqrt(np.sum(parabola_weights**2))),
@@ -480,16 +483,16 @@ def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _
     force_noise_n = _noise_sd(ramp.force_n)
     if force_noise_n == 0:
         return ramp
-    knots = _knots(ramp, _KNOT_RATIOS[-1])
+    knots = _make_knots(ramp, _KNOT_RATIOS[-1])
     # the slope is that of a first fit, in which all rows have the same weight
     lag_fit = _lag_fit(ramp, knots, longest_lag_s, zero_term_count)
     curve_columns, zero_columns = _design_columns(ramp, knots, zero_term_count)
     logged_curve = _columns_as_logged(curve_columns, lag_fit.x[0], lag_fit.x[1], ramp.interval_s)
     coefficients, _ = _least_squares(np.hstack([logged_curve, zero_columns]), ramp.force_n)
-    size = np.abs(ramp.slip)
+    slip_size = np.abs(ramp.slip)
     slip_step = knots[0] / 10
-    basis_change = _spline_basis(size + slip_step, knots) - _spline_basis(
-        np.maximum(size - slip_step, 0.0), knots
+    basis_change = _spline_basis(slip_size + slip_step, knots) - _spline_basis(
+        np.maximum(slip_size - slip_step, 0.0), knots
     )
     slope_n = (
         ramp.load_n * (basis_change @ coefficients[: curve_columns.shape[1]]) / (2 * slip_step)
@@ -497,14 +500,14 @@ def _weighted_ramp(ramp: _Ramp, longest_lag_s: float, zero_term_count: int) -> _
     return replace(ramp, row_weight=1 / np.hypot(1.0, slope_n * ramp.slip_noise / force_noise_n))
 
 
-def _rows_of_turns(size: FloatArray) -> list[int]:
+def _rows_of_turns(slip_size: FloatArray) -> list[int]:
     """Rows at which the size of the slip turns back, in the order of time."""
-    smallest_return = _TURN_SHARE * size.max()
+    smallest_return = _TURN_SHARE * slip_size.max()
     turns: list[int] = []
     is_rising: bool | None = None
     extreme_row = 0
-    for row, value in enumerate(size.tolist()):
-        change = value - float(size[extreme_row])
+    for row, value in enumerate(slip_size.tolist()):
+        change = value - float(slip_size[extreme_row])
         if is_rising is None:
             if abs(change) > smallest_return:
                 is_rising = change > 0
@@ -518,18 +521,18 @@ def _rows_of_turns(size: FloatArray) -> list[int]:
     return turns
 
 
-def _branch_of_rows(size: FloatArray) -> IndexArray:
+def _branch_of_rows(slip_size: FloatArray) -> IndexArray:
     """The number of the branch, up or down, of each row, shape (rows,).
 
     A branch with too few rows for a curve counts as part of the one before it.
 
     Args:
-        size: Size of the slip, shape (rows,).
+        slip_size: Size of the slip, shape (rows,).
     """
-    branch_of_row = np.zeros(len(size), dtype=np.int64)
+    branch_of_row = np.zeros(len(slip_size), dtype=np.int64)
     branch = 0
-    turns = _rows_of_turns(size)
-    for start, stop in pairwise([*turns, len(size)]):
+    turns = _rows_of_turns(slip_size)
+    for start, stop in pairwise([*turns, len(slip_size)]):
         if stop - start >= _FEWEST_ROWS:
             branch += 1
         branch_of_row[start:] = branch
@@ -538,16 +541,16 @@ def _branch_of_rows(size: FloatArray) -> IndexArray:
 
 def _may_show_its_lag(ramp: _Ramp) -> bool:
     """Whether rising and falling slip both cover so many slips that they may show the lag."""
-    size = np.abs(ramp.slip)
-    slip_grid = np.linspace(0.0, size.max(), _SLIPS_OF_COVER)
+    slip_size = np.abs(ramp.slip)
+    slip_grid = np.linspace(0.0, slip_size.max(), _COVER_SLIP_COUNT)
     # whether the slip rises -> mask of the slips that it covers
     is_covered_by_direction = {
-        True: np.zeros(_SLIPS_OF_COVER, dtype=bool),
-        False: np.zeros(_SLIPS_OF_COVER, dtype=bool),
+        True: np.zeros(_COVER_SLIP_COUNT, dtype=bool),
+        False: np.zeros(_COVER_SLIP_COUNT, dtype=bool),
     }
-    for start, stop in pairwise([0, *_rows_of_turns(size), len(size) - 1]):
-        low, high = sorted((size[start], size[stop]))
-        is_covered_by_direction[bool(size[stop] > size[start])] |= (slip_grid >= low) & (
+    for start, stop in pairwise([0, *_rows_of_turns(slip_size), len(slip_size) - 1]):
+        low, high = sorted((slip_size[start], slip_size[stop]))
+        is_covered_by_direction[bool(slip_size[stop] > slip_size[start])] |= (slip_grid >= low) & (
             slip_grid <= high
         )
     return bool(
@@ -556,12 +559,12 @@ def _may_show_its_lag(ramp: _Ramp) -> bool:
     )
 
 
-def _knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
+def _make_knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
     """Knots of the spline: by a ratio, and so far apart that each has some rows."""
-    size = np.abs(ramp.slip)
-    largest_slip = float(size.max())
-    slip_steps = np.abs(np.diff(size))[size[1:] > _FIRST_KNOT_SLIP]
-    least_distance = _ROWS_PER_KNOT * max(
+    slip_size = np.abs(ramp.slip)
+    largest_slip = float(slip_size.max())
+    slip_steps = np.abs(np.diff(slip_size))[slip_size[1:] > _FIRST_KNOT_SLIP]
+    least_distance = _FEWEST_ROWS_PER_KNOT * max(
         median(slip_steps), largest_slip / _MOST_ROWS_TO_LARGEST_SLIP
     )
     knots = [max(_FIRST_KNOT_SLIP, least_distance)]
@@ -574,11 +577,11 @@ def _knots(ramp: _Ramp, knot_ratio: float) -> FloatArray:
     return np.array([*knots, largest_slip])
 
 
-def _spline_basis(size: FloatArray, knots: FloatArray) -> FloatArray:
+def _spline_basis(slip_size: FloatArray, knots: FloatArray) -> FloatArray:
     """Cubic B-splines in the size of the slip that are 0 at zero slip, shape (n, knots + 2)."""
     end_knots = np.full(_SPLINE_DEGREE + 1, knots[-1])
     padded_knots = np.concatenate([np.zeros(_SPLINE_DEGREE + 1), knots[:-1], end_knots])
-    clipped_size = np.clip(size, 0.0, knots[-1])
+    clipped_size = np.clip(slip_size, 0.0, knots[-1])
     splines = scipy.interpolate.BSpline.design_matrix(
         clipped_size, padded_knots, _SPLINE_DEGREE
     ).toarray()
@@ -625,7 +628,7 @@ def _design_columns(
     """Columns of the curve without lag, shape (rows, splines), and of the zero, (rows, terms)."""
     signed_load_n = np.sign(ramp.slip) * ramp.load_n
     curve_columns = signed_load_n[:, np.newaxis] * _spline_basis(np.abs(ramp.slip), knots)
-    zero_columns = np.vander(ramp.time, zero_term_count, increasing=True)
+    zero_columns = np.vander(ramp.relative_time, zero_term_count, increasing=True)
     return curve_columns, zero_columns
 
 
@@ -646,10 +649,10 @@ def _weighted_trials(
         may_show_lag: Whether rising and falling slip may show the lag.
 
     Returns:
-        The trials; the variance as by `_variance_for_means`; whether the ramp shows its lag, that
-        is, whether the rows narrow it down.
+        The trials; the variance as `_variance_for_means` gives it; whether the ramp shows its lag,
+        that is, whether the rows narrow it down.
     """
-    knots_by_spacing = [_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
+    knots_by_spacing = [_make_knots(ramp, knot_ratio) for knot_ratio in _KNOT_RATIOS]
     lag_fits = [_lag_fit(ramp, knots, longest_lag_s, zero_term_count) for knots in knots_by_spacing]
     effective_variance_n2 = min(
         _variance_for_means(lag_fit.fun, _parameter_count(knots, zero_term_count))
@@ -698,8 +701,11 @@ def _lag_fit(
         coefficients, _ = _least_squares(weighted_columns, weighted_force_n)
         return np.asarray(weighted_force_n - weighted_columns @ coefficients)
 
-    early_s = _EARLIEST_LAG_ROWS * ramp.interval_s
-    bounds = ([0.0, -early_s], [max(longest_lag_s, early_s), max(longest_lag_s, early_s)])
+    largest_lead_s = _EARLIEST_LAG_ROWS * ramp.interval_s
+    bounds = (
+        [0.0, -largest_lead_s],
+        [max(longest_lag_s, largest_lead_s), max(longest_lag_s, largest_lead_s)],
+    )
     start_points = [
         (share * longest_lag_s / 4, (1 - share) * longest_lag_s / 4) for share in _FILTER_SHARES
     ]
@@ -784,7 +790,7 @@ def _trials_over_range(
 
 
 def _slips_of_points(
-    ramp: _Ramp, knots: FloatArray, least_slip: float
+    ramp: _Ramp, knots: FloatArray, smallest_slip: float
 ) -> tuple[FloatArray, IndexArray]:
     """Sizes of slip at which points are given, and the branch of each; both of shape (points,).
 
@@ -792,16 +798,16 @@ def _slips_of_points(
     slip to the slip.
     """
     fewest_rows = max(_SMOOTHING_TIME_S / ramp.interval_s, _FEWEST_ROWS_TO_RESOLVE)
-    slip_sizes: list[float] = []
+    point_slip_sizes: list[float] = []
     branches: list[int] = []
     for branch in np.unique(ramp.branch_of_row):
-        size = np.abs(ramp.slip[ramp.branch_of_row == branch])
-        for knot in knots[knots >= least_slip]:
-            is_near = (size > knot / 2) & (size <= knot)
-            if np.count_nonzero(is_near) >= fewest_rows and knot <= size.max():
-                slip_sizes.append(float(knot))
+        slip_size = np.abs(ramp.slip[ramp.branch_of_row == branch])
+        for knot in knots[knots >= smallest_slip]:
+            is_near = (slip_size > knot / 2) & (slip_size <= knot)
+            if np.count_nonzero(is_near) >= fewest_rows and knot <= slip_size.max():
+                point_slip_sizes.append(float(knot))
                 branches.append(int(branch))
-    return np.array(slip_sizes), np.array(branches, dtype=np.int64)
+    return np.array(point_slip_sizes), np.array(branches, dtype=np.int64)
 
 
 def _curve_of_trial(
@@ -809,7 +815,7 @@ def _curve_of_trial(
     trial: _Trial,
     zero_term_count: int,
     effective_variance_n2: float,
-    slip_sizes: FloatArray,
+    point_slip_sizes: FloatArray,
     branch_of_point: IndexArray,
 ) -> tuple[FloatArray, FloatArray, float]:
     """Sizes of mu, their standard errors, both of shape (points,), and the drift of the zero.
@@ -821,8 +827,8 @@ def _curve_of_trial(
         ramp: The ramp.
         trial: The lag, and the knots of the spline.
         zero_term_count: As for `ramp_points`.
-        effective_variance_n2: As by `_variance_for_means`.
-        slip_sizes: Size of the slip of each point, shape (points,).
+        effective_variance_n2: As `_variance_for_means` gives it.
+        point_slip_sizes: Size of the slip of each point, shape (points,).
         branch_of_point: Index of the branch of each point, shape (points,).
     """
     curve_columns, zero_columns = _design_columns(ramp, trial.knots, zero_term_count)
@@ -852,8 +858,8 @@ def _curve_of_trial(
         weighted_columns, weighted_force_n - weighted_zero @ zero_coefficients
     )
     # at a point only the splines of its own branch count
-    basis_of_points = np.zeros((len(slip_sizes), len(coefficients)))
-    basis = _spline_basis(slip_sizes, trial.knots)
+    basis_of_points = np.zeros((len(point_slip_sizes), len(coefficients)))
+    basis = _spline_basis(point_slip_sizes, trial.knots)
     for branch_index, branch in enumerate(branches):
         is_of_branch = branch_of_point == branch
         splines_of_branch = slice(branch_index * spline_count, (branch_index + 1) * spline_count)
@@ -885,24 +891,24 @@ def _least_squares(columns: FloatArray, row_values: FloatArray) -> tuple[FloatAr
 
 
 def _rows_of_points(
-    ramp: _Ramp, slip_sizes: FloatArray, branch_of_point: IndexArray
+    ramp: _Ramp, point_slip_sizes: FloatArray, branch_of_point: IndexArray
 ) -> tuple[IndexArray, IndexArray]:
     """Start and stop of the rows of each point, both of shape (points,).
 
     The rows of a point are those of its branch whose slip is nearest to that of the point.
     """
-    starts = np.zeros(len(slip_sizes), dtype=np.int64)
-    stops = np.zeros(len(slip_sizes), dtype=np.int64)
+    starts = np.zeros(len(point_slip_sizes), dtype=np.int64)
+    stops = np.zeros(len(point_slip_sizes), dtype=np.int64)
     for branch in np.unique(branch_of_point):
         point_index_of_branch = np.flatnonzero(branch_of_point == branch)
-        slips_of_branch = slip_sizes[point_index_of_branch]
+        slips_of_branch = point_slip_sizes[point_index_of_branch]
         middle_slips = (slips_of_branch[1:] + slips_of_branch[:-1]) / 2
-        size = np.abs(ramp.slip)
+        slip_size = np.abs(ramp.slip)
         # rows of rolling belong to no slip
         rows_of_branch = np.flatnonzero(
-            (ramp.branch_of_row == branch) & (size > slips_of_branch[0] / _KNOT_RATIOS[0])
+            (ramp.branch_of_row == branch) & (slip_size > slips_of_branch[0] / _KNOT_RATIOS[0])
         )
-        nearest_index = np.searchsorted(middle_slips, size[rows_of_branch])
+        nearest_index = np.searchsorted(middle_slips, slip_size[rows_of_branch])
         for index_in_branch, point_index in enumerate(point_index_of_branch):
             nearest_rows = rows_of_branch[nearest_index == index_in_branch]
             if len(nearest_rows):

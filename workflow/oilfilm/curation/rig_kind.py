@@ -11,8 +11,8 @@ import pandas as pd
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.curation.hypotheses import Hypothesis
 from oilfilm.curation.statistics import median
-from oilfilm.logs.base import Columns, Refusal
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.base import ColumnArrays, Refusal
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.settings.config import (
     SignalGateSettings,
     StepSettings,
@@ -30,7 +30,7 @@ _SHORTEST_INTERVAL_S = 1e-6
 
 @dataclass(frozen=True)
 class _SelectedColumns(Mapping[str, FloatArray]):
-    """Name of a column -> its selected samples, copied when they are asked for.
+    """Name of a column -> its selected samples, copied on access.
 
     Copies of all columns at once would be a second log in memory.
     """
@@ -92,7 +92,13 @@ class Signals:
 
 
 class Channel(NamedTuple):
-    """A signal: its column, its name in sentences and its unit."""
+    """A logged signal.
+
+    Attributes:
+        column: Its column of samples.
+        name: Its name in sentences.
+        unit: Its unit in sentences.
+    """
 
     column: str
     name: str
@@ -106,7 +112,7 @@ class ForceLag:
     Attributes:
         lag_s: The lag.
         lag_se_s: Its standard error.
-        is_seen: Whether rising and falling slip show it. Else it is anywhere in the range.
+        is_seen: Whether rising and falling slip show it. Else it may have any value in the range.
         tried_range_s: Smallest and largest lag that was tried.
     """
 
@@ -117,8 +123,8 @@ class ForceLag:
 
 
 @dataclass(frozen=True)
-class Run:
-    """One measured run, which the gates of runs judge.
+class MeasuredRun:
+    """A run with its plateaus, which the gates of runs judge.
 
     Attributes:
         rig_kind: The kind of rig, with its settings.
@@ -135,7 +141,7 @@ class Run:
     rig_kind: "RigKind"
     signals: Signals
     turning_signals: Signals
-    plateaus: Columns
+    plateaus: ColumnArrays
     refusal: Refusal | None = None
     short_level_refusals: Sequence[Refusal] = ()
     zero_phases: tuple[str, ...] = ()
@@ -148,25 +154,27 @@ class Division:
 
     Attributes:
         signals: The samples from which plateaus can be made.
-        starts: Index of the first sample of the settled part of each level, in `signals`.
-        stops: Index after its last sample.
-        rest_signals: The samples in which `phases` are slices.
-        phases: Name of a phase that gives the zero -> its slice of `rest_signals`, in the order of
+        level_starts: Index of the first sample of the settled part of each level, in `signals`,
+            shape (levels,).
+        level_stops: Index after its last sample, shape (levels,).
+        phase_signals: The samples from which the phases are sliced.
+        phases: Name of a phase that gives the zero -> its slice of `phase_signals`, in the order of
             time.
         rest_in_words: What the rig does in the phases, in words.
-        phases_in_levels: Whether the phases are parts of levels. The rest of these gives plateaus.
-        turning_samples: Mask or slice of `signals`: the samples at which the rig turns.
+        are_phases_in_levels: Whether the phases are parts of levels. What remains of these levels
+            gives plateaus.
+        turning_selection: Mask or slice of `signals`: the samples at which the rig turns.
         short_level_refusals: Levels that ended before they settled and give no plateau.
     """
 
     signals: Signals
-    starts: IndexArray
-    stops: IndexArray
-    rest_signals: Signals
+    level_starts: IndexArray
+    level_stops: IndexArray
+    phase_signals: Signals
     phases: Mapping[str, slice]
     rest_in_words: str = "standstill"
-    phases_in_levels: bool = False
-    turning_samples: BoolArray | slice = field(default_factory=lambda: slice(None))
+    are_phases_in_levels: bool = False
+    turning_selection: BoolArray | slice = field(default_factory=lambda: slice(None))
     short_level_refusals: Sequence[Refusal] = ()
 
 
@@ -175,7 +183,7 @@ class RigKind(Protocol):
 
     Attributes:
         name: Name of the kind in `rules.yaml`.
-        kind_of_logs: The kind of its logs.
+        log_schema: The kind of its logs.
         table_name: Name of its table of plateaus, as `tables` knows it.
         sensor: The signal whose zero is removed and whose spikes are left out.
         channels: The logged signals beside the sensor, the load first.
@@ -183,20 +191,20 @@ class RigKind(Protocol):
         columns_with_error: Columns with a standard error.
         columns_with_change: Columns whose second half is compared with the first.
         columns_with_transient: Columns whose beginning is compared with the rest.
-        terms: Its words in place of `{sensor}` and `{level}` in sentences and advice.
+        terms: Placeholder `sensor` or `level` in sentences and advice -> the rig's word for it.
         run_columns: Columns of the table of runs that every plateau gets.
         keeps_refused_runs: Whether the table has the plateaus of refused runs.
         shown_signals: Signals on the page of a refused run -> their labels.
         settings: Settings of the run.
-        gates: Limits of its gates.
+        gate_limits: Limits of its gates.
         plateau_settings: Settings by which its levels are found.
         zero_settings: Settings of the phases at rest.
-        zero_drift_max: Largest change of the zero, in the sensor's unit.
+        zero_drift_max: Largest allowed change of the zero, in the sensor's unit.
         stuck_settings: Settings of stuck signals.
     """
 
     name: str
-    kind_of_logs: LogKind
+    log_schema: LogSchema
     table_name: str
     sensor: Channel
     channels: tuple[Channel, ...]
@@ -209,7 +217,7 @@ class RigKind(Protocol):
     keeps_refused_runs: bool
     shown_signals: Mapping[str, str]
     settings: Settings
-    gates: SignalGateSettings
+    gate_limits: SignalGateSettings
     plateau_settings: StepSettings
     zero_settings: ZeroReferenceSettings | TareSettings
     zero_drift_max: float
@@ -220,7 +228,7 @@ class RigKind(Protocol):
         self.stuck_settings = settings.curation.stuck
 
     @staticmethod
-    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
+    def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
         """The signals of one run, with the signs that the gates expect.
 
         Args:
@@ -230,11 +238,11 @@ class RigKind(Protocol):
         """
         ...
 
-    def divide(self, signals: Signals, rig_name: str) -> Division:
+    def divide_run(self, signals: Signals, rig_name: str) -> Division:
         """The phases at rest and the levels of a run."""
         ...
 
-    def zero_refusal(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
+    def zero_refusal(self, run: MeasuredRun, division: Division, rig_name: str) -> Refusal | None:
         """The refusal by the zero, judged with the plateaus; None without one.
 
         Args:
@@ -244,8 +252,10 @@ class RigKind(Protocol):
         """
         return run.refusal
 
-    def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
-        """The run measured as a continuous ramp; None where it is none.
+    def measured_ramp(
+        self, run: MeasuredRun, division: Division, rig_name: str
+    ) -> MeasuredRun | None:
+        """The run measured as a continuous ramp; None where it is no ramp.
 
         Args:
             run: The run, measured by its levels.
@@ -254,7 +264,7 @@ class RigKind(Protocol):
         """
         return None
 
-    def settled_refusal(self, run: Run) -> Refusal | None:
+    def settled_refusal(self, run: MeasuredRun) -> Refusal | None:
         """The refusal of readings that the rig is said to have settled; None without one.
 
         Args:
@@ -262,9 +272,9 @@ class RigKind(Protocol):
         """
         return None
 
-    def derive(
-        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
-    ) -> Columns:
+    def derive_plateaus(
+        self, averages: ColumnArrays, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> ColumnArrays:
         """Plateaus with the zero removed and the quantities that follow from a single plateau.
 
         Args:
@@ -278,8 +288,8 @@ class RigKind(Protocol):
         """
         ...
 
-    def complete(self, points: pd.DataFrame) -> pd.DataFrame:
-        """Plateaus of all runs with the columns that follow from rig file and oil."""
+    def with_rig_and_oil_columns(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Plateaus of all runs with the columns that follow from the files of rig and oil."""
         ...
 
     def hypotheses(self, rig_name: str) -> Iterable[Hypothesis]:

@@ -65,8 +65,8 @@ def spin_warnings(
                 affected=is_affected.sum(),
                 runs=len(spin_of_runs),
                 slip=worst_run["lowest_slip"],
-                edge=worst_run["slip_at_edge"],
-                lacks=worst_run["lacking_share"],
+                slip_at_edge=worst_run["slip_at_edge"],
+                lacking_share=worst_run["lacking_share"],
             )
             yield str(worst_run["run_id"]), sentence
 

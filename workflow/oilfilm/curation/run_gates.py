@@ -23,7 +23,7 @@ from oilfilm.curation.gate import (
     refusal_with_sentence,
     unit_hint,
 )
-from oilfilm.curation.rig_kind import Channel, RigKind, Run
+from oilfilm.curation.rig_kind import Channel, MeasuredRun, RigKind
 from oilfilm.curation.statistics import (
     is_noise,
     longest_hold,
@@ -32,7 +32,7 @@ from oilfilm.curation.statistics import (
     without_repeats,
 )
 from oilfilm.curation.traction_rig import TractionRig
-from oilfilm.curation.zero import DIRECTION, differences_of_directions, shows_its_zero
+from oilfilm.curation.zero import DIRECTION_COLUMN, mu_differences_of_directions, shows_its_zero
 from oilfilm.logs.base import Refusal
 
 RUN_GATES: Gates[RunJudge] = Gates()
@@ -42,13 +42,13 @@ gate = RUN_GATES.gate
 # Two columns have the same signal if their mean difference is at most this share of the mean step
 # between its readings. This names the cause of a refusal.
 _SAME_SIGNAL_SHARE = 0.1
-# Different values of a sensor from which the step between them is stated.
+# Number of distinct values of a sensor from which the step between them is stated.
 _FEWEST_VALUES = 3
-# Changed readings before and after a hold in which a channel must show noise.
+# Number of changed readings before, and after, a hold in which a channel must show noise.
 _READINGS_BESIDE_HOLD = 20
 
 
-def first_refusal(run: Run) -> Refusal | None:
+def first_refusal(run: MeasuredRun) -> Refusal | None:
     """The refusal by the first gate that refuses a run, if one does."""
     for run_gate in RUN_GATES.for_rig(run.rig_kind.name):
         for fields in run_gate.judge(run, run.rig_kind):
@@ -58,7 +58,7 @@ def first_refusal(run: Run) -> Refusal | None:
     return run.refusal
 
 
-def warnings_about(run: Run) -> tuple[str, ...]:
+def warnings_about(run: MeasuredRun) -> tuple[str, ...]:
     """All warnings about a run, each with its name."""
     sentences = []
     for run_warning in WARNINGS.for_rig(run.rig_kind.name):
@@ -67,13 +67,13 @@ def warnings_about(run: Run) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-def _sentence(run_gate: Gate[RunJudge], run: Run, fields: dict[str, Any]) -> str:
+def _sentence(run_gate: Gate[RunJudge], run: MeasuredRun, fields: dict[str, Any]) -> str:
     """The sentence of a gate about a run, with the values of its fields."""
     return run_gate.sentence(run.rig_kind, sensor=run.rig_kind.sensor, **fields)
 
 
 @gate
-def time_disorder(run: Run, rig_kind: RigKind) -> RefusalFields:
+def time_disorder(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The time stamp does not increase."""
     time_s = run.signals.time_s
     index_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
@@ -81,19 +81,19 @@ def time_disorder(run: Run, rig_kind: RigKind) -> RefusalFields:
         first_index = index_not_increasing[0]
         yield {
             "rows": len(index_not_increasing),
-            "before": time_s[first_index],
-            "after": time_s[first_index + 1],
+            "time_before": time_s[first_index],
+            "time_after": time_s[first_index + 1],
             **run.signals.row_range(first_index, first_index + 1),
         }
 
 
 @gate
-def missing_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
+def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """So many consecutive rows cannot be read that the run has a hole."""
     row_numbers = run.signals.row_numbers
     row_steps = np.diff(row_numbers)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest_step = rig_kind.gates.clock_jump_intervals * median(row_steps)
+    longest_step = rig_kind.gate_limits.clock_jump_intervals * median(row_steps)
     # a single row has no steps: the limit is NaN, and the comparison is false
     if row_steps.max(initial=0) > longest_step:
         hole_index = int(np.argmax(row_steps))
@@ -105,10 +105,10 @@ def missing_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def clock_jump(run: Run, rig_kind: RigKind) -> RefusalFields:
+def clock_jump(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The clock jumps ahead."""
     gaps_s = np.diff(run.signals.time_s)
-    allowed_s = rig_kind.gates.clock_jump_intervals * run.signals.interval_s
+    allowed_s = rig_kind.gate_limits.clock_jump_intervals * run.signals.interval_s
     # settled readings without time have gaps of NaN, which exceed nothing
     if exceeds(gaps_s.max(initial=0), allowed_s):
         longest_gap_index = int(np.argmax(gaps_s))
@@ -117,7 +117,7 @@ def clock_jump(run: Run, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def same_channel(run: Run, rig_kind: RigKind) -> RefusalFields:
+def same_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """A run without a zero has the same readings in two channels."""
     if run.refusal is None or run.refusal.rule != "zero_missing":
         return
@@ -131,7 +131,7 @@ def same_channel(run: Run, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def never_turns(run: Run, rig_kind: RigKind) -> RefusalFields:
+def never_turns(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The bearing is at standstill from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
     # a speed that is not known does not show that the bearing turns
@@ -140,7 +140,7 @@ def never_turns(run: Run, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def held_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
+def held_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations_s = run.plateaus["duration_s"]
     plateau_s = (
@@ -148,7 +148,7 @@ def held_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
     )
     rows_held = rows_per_reading(run.signals[run.rig_kind.sensor.column])
     hold_s = rows_held * run.signals.interval_s
-    fewest_readings = rig_kind.gates.readings_min
+    fewest_readings = rig_kind.gate_limits.readings_min
     if rows_held > 1 and exceeds(fewest_readings * hold_s, plateau_s):
         yield {
             "rows": rows_held,
@@ -160,11 +160,11 @@ def held_readings(run: Run, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def stuck_channel(run: Run, rig_kind: RigKind) -> RefusalFields:
+def stuck_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """A signal that shows noise stops moving for part of the run."""
     for channel in run.rig_kind.channels:
         values = run.turning_signals[channel.column]
-        start, stop = _long_hold(values, run, rig_kind)
+        start, stop = _suspicious_hold(values, run, rig_kind)
         if start == stop:
             continue
         values_outside = np.delete(values, np.s_[start + 1 : stop])
@@ -191,7 +191,7 @@ def _noise_beside_hold(values: FloatArray, start: int, stop: int) -> bool:
     return True
 
 
-def _long_hold(values: FloatArray, run: Run, rig_kind: RigKind) -> tuple[int, int]:
+def _suspicious_hold(values: FloatArray, run: MeasuredRun, rig_kind: RigKind) -> tuple[int, int]:
     """The longest stretch of one value, as `longest_hold`; empty where it is not suspicious."""
     if len(values) == 0:
         return 0, 0
@@ -204,12 +204,12 @@ def _long_hold(values: FloatArray, run: Run, rig_kind: RigKind) -> tuple[int, in
     return (start, stop) if is_suspicious else (0, 0)
 
 
-def _is_sliding(run: Run, rig_kind: TractionRig) -> BoolArray:
+def _is_sliding(run: MeasuredRun, rig_kind: TractionRig) -> BoolArray:
     """The plateaus at which the sign and the size of the traction can be judged."""
-    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig_kind.gates.sign_slip_min)
+    return np.asarray(np.abs(run.plateaus["slide_roll_ratio"]) > rig_kind.gate_limits.sign_slip_min)
 
 
-def _median_traction_coefficient(run: Run, rig_kind: TractionRig) -> float:
+def _median_traction_coefficient(run: MeasuredRun, rig_kind: TractionRig) -> float:
     """Median size of the traction coefficient of the sliding plateaus.
 
     A plateau without load has no traction coefficient, and is left out.
@@ -219,64 +219,65 @@ def _median_traction_coefficient(run: Run, rig_kind: TractionRig) -> float:
 
 
 @gate
-def no_traction(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def no_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
-    yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_min)
+    yield from _small_traction(run, rig_kind, rig_kind.gate_limits.sliding_traction_min)
 
 
-def _small_traction(run: Run, rig_kind: TractionRig, least: float) -> RefusalFields:
+def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float) -> RefusalFields:
     """A median traction coefficient below a limit, with the units that would explain it."""
     median_mu = _median_traction_coefficient(run, rig_kind)
 
     def is_usual(unit_n: float) -> bool:
         return (
-            rig_kind.gates.sliding_traction_usual
+            rig_kind.gate_limits.sliding_traction_usual
             <= median_mu * unit_n
-            <= rig_kind.gates.traction_max
+            <= rig_kind.gate_limits.traction_max
         )
 
-    if median_mu < least:
-        yield {"size": median_mu, "hint": unit_hint("traction force", is_usual)}
+    if median_mu < smallest_mu:
+        yield {"median_mu": median_mu, "hint": unit_hint("traction force", is_usual)}
 
 
 @gate
-def impossible_traction(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The zero moves, but the traction is too large by more than a zero explains."""
     if run.refusal is None or run.refusal.rule != "zero_drift":
         return
     median_mu = _median_traction_coefficient(run, rig_kind)
     load_n = median(run.plateaus["load_n"])
     explained_by_zero = (
-        rig_kind.zero_settings.max_drift_n * rig_kind.gates.significant_errors / load_n
+        rig_kind.zero_settings.max_drift_n * rig_kind.gate_limits.significant_errors / load_n
     )
-    if median_mu - explained_by_zero > rig_kind.gates.traction_max:
-        yield {"size": median_mu, "reason": run.refusal.reason}
+    if median_mu - explained_by_zero > rig_kind.gate_limits.traction_max:
+        yield {"median_mu": median_mu, "reason": run.refusal.reason}
 
 
 @gate
-def swapped_sign(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def swapped_sign(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction force acts against the slip."""
     along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
     along_slip_n = along_slip_n[_is_sliding(run, rig_kind)]
     median_n = median(along_slip_n)
-    if median_n < 0 and (along_slip_n < 0).mean() >= rig_kind.gates.sign_share:
+    if median_n < 0 and (along_slip_n < 0).mean() >= rig_kind.gate_limits.sign_share:
         yield {"median": median_n}
 
 
 @gate
-def sign_changes(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def sign_changes(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip = plateaus["slide_roll_ratio"]
     force_n = plateaus["traction_force_n"]
     error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    is_significant = np.abs(force_n) > rig_kind.gates.significant_errors * error_n
+    is_significant = np.abs(force_n) > rig_kind.gate_limits.significant_errors * error_n
     is_judged = _is_sliding(run, rig_kind) & is_significant
     is_against = is_judged & (force_n * slip < 0)
     judged_count = is_judged.sum()
     against_count = is_against.sum()
     fewest_plateaus = max(
-        rig_kind.gates.faulty_plateaus_min, (1 - rig_kind.gates.sign_share) * judged_count
+        rig_kind.gate_limits.faulty_plateaus_min,
+        (1 - rig_kind.gate_limits.sign_share) * judged_count,
     )
     # so many plateaus must have either sign
     if reaches(against_count, fewest_plateaus) and reaches(
@@ -292,7 +293,7 @@ def sign_changes(run: Run, rig_kind: TractionRig) -> RefusalFields:
 
 
 def _branches_in_direction(
-    run: Run, rig_kind: TractionRig, direction: int
+    run: MeasuredRun, rig_kind: TractionRig, direction: int
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Rising slips and traction coefficients of each branch of a sweep, in one direction of slip.
 
@@ -302,12 +303,12 @@ def _branches_in_direction(
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
-    is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION] == direction)
+    is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION_COLUMN] == direction)
     # rolling before and after a sweep is no turn of it
     is_judged &= slip > rig_kind.zero_settings.max_slide_roll_ratio
     slip = slip[is_judged]
     mu = mu[is_judged]
-    fewest_plateaus = rig_kind.gates.branch_points
+    fewest_plateaus = rig_kind.gate_limits.branch_points
     slices_of_branches = [slice(None)]
     if len(slip) >= 2 * fewest_plateaus:
         extreme_index = np.array([np.argmax(slip), np.argmin(slip)])
@@ -319,14 +320,14 @@ def _branches_in_direction(
                 # the slip falls first
                 slices_of_branches.reverse()
     branches = []
-    for rows in slices_of_branches:
-        order_by_slip = np.argsort(slip[rows], kind="stable")
-        branches.append((slip[rows][order_by_slip], mu[rows][order_by_slip]))
+    for branch_slice in slices_of_branches:
+        order_by_slip = np.argsort(slip[branch_slice], kind="stable")
+        branches.append((slip[branch_slice][order_by_slip], mu[branch_slice][order_by_slip]))
     return branches
 
 
 @gate
-def saturated(run: Run, rig_kind: RigKind) -> RefusalFields:
+def saturated(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """A sensor is at the end of its range for part of the run."""
     for channel in (run.rig_kind.sensor, run.rig_kind.channels[0]):
         values = run.turning_signals[channel.column]
@@ -339,30 +340,30 @@ def saturated(run: Run, rig_kind: RigKind) -> RefusalFields:
             is_stuck = np.count_nonzero(is_at_extreme) == rows_from_first_to_end
             if (
                 len(index_at_extreme) >= rig_kind.stuck_settings.samples
-                and share > rig_kind.gates.saturated_share
+                and share > rig_kind.gate_limits.saturated_share
                 and not is_stuck
-                and _piled_up(values, extreme, rig_kind.gates.piled_up_factor)
+                and _is_piled_up(values, extreme, rig_kind.gate_limits.piled_up_factor)
                 and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
                 row_range = run.turning_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
                 yield {"channel": channel, "extreme": extreme, "share": share, **row_range}
 
 
-def _piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
+def _is_piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
     """True where an extreme value occurs more than `factor` times as often as the next one.
 
     A sensor at its stop gives one value again and again, with noise on one side only. Values that
     are coarse anyway are not piled up, nor is the load of a dead weight.
     """
-    different_values, counts = np.unique(values, return_counts=True)
-    if len(different_values) <= 1:
+    distinct_values, counts = np.unique(values, return_counts=True)
+    if len(distinct_values) <= 1:
         return False
-    end_index, neighbour_index = (-1, -2) if extreme == different_values[-1] else (0, 1)
+    end_index, neighbour_index = (-1, -2) if extreme == distinct_values[-1] else (0, 1)
     return bool(counts[end_index] > factor * counts[neighbour_index])
 
 
 @gate
-def stuck_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
+def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The sensor gives exactly the same reading again and again.
 
     Settled readings are means without noise: those of a flat curve may be equal.
@@ -370,29 +371,32 @@ def stuck_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
     if _is_settled(run):
         return
     values = run.turning_signals[run.rig_kind.sensor.column]
-    start, stop = _long_hold(values, run, rig_kind)
+    start, stop = _suspicious_hold(values, run, rig_kind)
     if start == stop:
         return
-    different_values = np.unique(values)
+    distinct_values = np.unique(values)
     hint = ""
-    if len(different_values) >= _FEWEST_VALUES and not is_noise(without_repeats(values)):
-        step = f"; it moves in steps of {np.diff(different_values).min():.2g}"
-        hint = f"{step}: log it with more digits, if that is its last one"
+    if len(distinct_values) >= _FEWEST_VALUES and not is_noise(without_repeats(values)):
+        smallest_step = np.diff(distinct_values).min()
+        hint = (
+            f"; it moves in steps of {smallest_step:.2g}: log it with more digits, if that is its "
+            "last one"
+        )
     yield {"value": values[start], "hint": hint, **run.turning_signals.row_range(start, stop - 1)}
 
 
 @gate
-def temperature_drift(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def temperature_drift(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The inlet temperature differs between the plateaus of one run."""
     temperature_c = run.plateaus["inlet_temperature_c"]
     least_c = np.fmin.reduce(temperature_c, initial=np.inf)
     most_c = np.fmax.reduce(temperature_c, initial=-np.inf)
-    if exceeds(most_c - least_c, rig_kind.gates.temperature_drift_max_c):
+    if exceeds(most_c - least_c, rig_kind.gate_limits.temperature_drift_max_c):
         yield {"least": least_c, "most": most_c}
 
 
 @gate
-def two_conditions(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The plateaus have two loads or two speeds, each in several of them."""
     limits = rig_kind.settings.same_condition
     speed = Channel("entrainment_speed_m_s", "speed", "m/s")
@@ -401,9 +405,11 @@ def two_conditions(run: Run, rig_kind: TractionRig) -> RefusalFields:
         (speed, limits.entrainment_speed),
     ):
         # a load that changes within a plateau is neither
-        is_held = ~(np.abs(run.plateaus["load_change"]) > rig_kind.gates.load_change_max)
+        is_held = ~(np.abs(run.plateaus["load_change"]) > rig_kind.gate_limits.load_change_max)
         values = np.where(is_held, run.plateaus[channel.column], np.nan)
-        limit = _limit_between_levels(values, range_of_level, rig_kind.gates.faulty_plateaus_min)
+        limit = _limit_between_levels(
+            values, range_of_level, rig_kind.gate_limits.faulty_plateaus_min
+        )
         if np.isnan(limit):
             continue
         is_high = values > limit
@@ -445,16 +451,16 @@ def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plat
 
 
 @gate
-def branches_differ(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def branches_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of rising and falling slip do not agree."""
     differences, _ = _branch_differences(run, rig_kind)
     # the median, because other gates judge single wild points
     median_difference = median(np.abs(differences))
-    if median_difference > rig_kind.gates.branch_difference_max:
+    if median_difference > rig_kind.gate_limits.branch_difference_max:
         yield {"difference": median_difference, "points": len(differences)}
 
 
-def _branch_differences(run: Run, rig_kind: TractionRig) -> tuple[FloatArray, FloatArray]:
+def _branch_differences(run: MeasuredRun, rig_kind: TractionRig) -> tuple[FloatArray, FloatArray]:
     """Rising branch less falling branch of a sweep in mu, and mu, both of shape (slips,).
 
     Only the slips that both branches reach are compared. Both arrays are empty where the sweep has
@@ -470,22 +476,22 @@ def _branch_differences(run: Run, rig_kind: TractionRig) -> tuple[FloatArray, Fl
         lowest = max(slip[0], back_slip[0])
         highest = min(slip[-1], back_slip[-1])
         is_shared = (slip >= lowest) & (slip <= highest)
-        if is_shared.sum() >= rig_kind.gates.branch_points:
+        if is_shared.sum() >= rig_kind.gate_limits.branch_points:
             differences.append(mu[is_shared] - np.interp(slip[is_shared], back_slip, back_mu))
             compared_mu.append(mu[is_shared])
     return np.concatenate(differences), np.concatenate(compared_mu)
 
 
 @gate
-def directions_differ(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def directions_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction coefficients of positive and negative slip do not have the same size."""
     if run.refusal is not None and run.refusal.rule == "zero_left":
         # which names the cause
         return
-    differences, _ = differences_of_directions(run.plateaus)
+    differences, _ = mu_differences_of_directions(run.plateaus)
     median_difference = median(differences)
-    if len(differences) >= rig_kind.gates.branch_points and (
-        abs(median_difference) > rig_kind.gates.branch_difference_max
+    if len(differences) >= rig_kind.gate_limits.branch_points and (
+        abs(median_difference) > rig_kind.gate_limits.branch_difference_max
     ):
         yield {"difference": median_difference, "points": len(differences)}
 
@@ -498,27 +504,27 @@ WARNINGS: Gates[RunJudge] = Gates("warnings")
 # Readings up to this share of the largest count as small, those from the other share as large.
 _SMALL_SHARE = 0.2
 _LARGE_SHARE = 0.8
-# Quantile that stands for the largest value, without wild ones.
+# Quantile that is taken for the largest value, so that wild readings do not count.
 _LARGEST_QUANTILE = 0.99
-# Changes from reading to reading that give the noise to within a tenth.
+# Number of changes from reading to reading that gives the noise to within a tenth.
 _FEWEST_CHANGES = 60
 
 
 @WARNINGS.gate
-def little_traction(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def little_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The traction is less than that of usual oils, though not impossible."""
-    yield from _small_traction(run, rig_kind, rig_kind.gates.sliding_traction_usual)
+    yield from _small_traction(run, rig_kind, rig_kind.gate_limits.sliding_traction_usual)
 
 
 @WARNINGS.gate
-def zero_on_trust(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def zero_on_trust(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """Nothing in settled readings shows that their zero was removed."""
     if _is_settled(run) and not shows_its_zero(run, rig_kind.zero_settings):
         yield {}
 
 
 @WARNINGS.gate
-def drift_not_seen(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def drift_not_seen(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
         (phase_name,) = run.zero_phases
@@ -529,7 +535,7 @@ def drift_not_seen(run: Run, rig_kind: TractionRig) -> RefusalFields:
 
 
 @WARNINGS.gate
-def slip_ramp(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """The slip is a continuous ramp, and the lag of the force was taken off."""
     if run.force_lag is not None:
         lag = run.force_lag
@@ -541,28 +547,32 @@ def slip_ramp(run: Run, rig_kind: TractionRig) -> RefusalFields:
         else:
             sentence_name = "lag_stated"
         template = RULES["sentences"][sentence_name]
-        yield {"how": template.format(lag=lag.lag_s, error=lag.lag_se_s, low=low_s, high=high_s)}
+        yield {
+            "lag_in_words": template.format(
+                lag=lag.lag_s, error=lag.lag_se_s, low=low_s, high=high_s
+            )
+        }
 
 
 @WARNINGS.gate
-def branches_apart(run: Run, rig_kind: TractionRig) -> RefusalFields:
+def branches_apart(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branch_differences(run, rig_kind)
-    is_sliding = np.abs(mu) > rig_kind.gates.sliding_traction_min
+    is_sliding = np.abs(mu) > rig_kind.gate_limits.sliding_traction_min
     median_ratio = median(differences[is_sliding] / mu[is_sliding])
     if (
-        is_sliding.sum() >= rig_kind.gates.branch_points
-        and abs(median_ratio) > rig_kind.gates.branch_ratio_max
+        is_sliding.sum() >= rig_kind.gate_limits.branch_points
+        and abs(median_ratio) > rig_kind.gate_limits.branch_ratio_max
     ):
         yield {"ratio": median_ratio, "points": is_sliding.sum()}
 
 
-def _is_settled(run: Run) -> bool:
+def _is_settled(run: MeasuredRun) -> bool:
     """Whether each row is a settled reading."""
     return run.force_lag is None and bool(np.isnan(run.plateaus["duration_s"]).all())
 
 
-def _noise_of_samples(run: Run) -> FloatArray:
+def _noise_of_samples(run: MeasuredRun) -> FloatArray:
     """Size of the sensor's noise at each sample but the first and last.
 
     Ramps do not change second differences. These have six times the variance of the noise.
@@ -577,7 +587,7 @@ def _noise_of_samples(run: Run) -> FloatArray:
 
 
 @WARNINGS.gate
-def noisy_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
+def noisy_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The readings scatter by a large share of what is measured."""
     noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
@@ -585,12 +595,12 @@ def noisy_sensor(run: Run, rig_kind: RigKind) -> RefusalFields:
         np.nanmax(np.abs(run.plateaus[run.rig_kind.sensor.column]), initial=0.0)
     )
     is_long_enough = len(noise_of_sample) >= _FEWEST_CHANGES
-    if is_long_enough and noise > rig_kind.gates.noise_share_max * largest_reading:
+    if is_long_enough and noise > rig_kind.gate_limits.noise_share_max * largest_reading:
         yield {"noise": noise, "share": noise / largest_reading}
 
 
 @WARNINGS.gate
-def soft_saturation(run: Run, rig_kind: RigKind) -> RefusalFields:
+def soft_saturation(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
@@ -604,13 +614,13 @@ def soft_saturation(run: Run, rig_kind: RigKind) -> RefusalFields:
     small_noise = MAD_TO_SIGMA * median(noise_of_sample[is_small])
     large_noise = MAD_TO_SIGMA * median(noise_of_sample[is_large])
     # sensors have the same noise at any reading, and vibrations add to it
-    is_compressed = large_noise < rig_kind.gates.noise_left_min * small_noise
+    is_compressed = large_noise < rig_kind.gate_limits.noise_left_min * small_noise
     if is_compressed and is_noise(without_repeats(reading_sizes[is_small])):
         yield {"small": small_noise, "large": large_noise}
 
 
 @WARNINGS.gate
-def uneven_clock(run: Run, rig_kind: RigKind) -> RefusalFields:
+def uneven_clock(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
     """Rows have a fixed interval, with a few exceptions: a digit of their time may be wrong.
 
     An earlier gate refuses time stamps that do not increase.
@@ -627,8 +637,8 @@ def uneven_clock(run: Run, rig_kind: RigKind) -> RefusalFields:
     deviation_s = np.where(is_between_neighbours, np.abs(gaps_s - interval_s), 0.0)
     usual_deviation_s = float(np.quantile(deviation_s[is_between_neighbours], _LARGEST_QUANTILE))
     # a logger's hardware keeps its interval, the timer of a program does not
-    scatter_s = rig_kind.gates.clock_scatter_max * interval_s
-    limit_s = max(rig_kind.gates.clock_odd_factor * usual_deviation_s, scatter_s)
+    scatter_s = rig_kind.gate_limits.clock_scatter_max * interval_s
+    limit_s = max(rig_kind.gate_limits.clock_odd_factor * usual_deviation_s, scatter_s)
     odd_index = np.flatnonzero(deviation_s > limit_s)
     if usual_deviation_s <= scatter_s and len(odd_index):
         first_odd = odd_index[0]

@@ -20,7 +20,7 @@ from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 # configuration. Ten readings of noise of two digits of the resolution, or more, have at least six
 # different values.
 _READINGS_COMPARED = 10
-_FEWEST_DIFFERENT = 6
+_FEWEST_DISTINCT_VALUES = 6
 _WINDOWS_AT_ONCE = 10_000
 # Share of readings at which a signal turns back: two of three for noise, one of two where it is
 # filtered, none for a ramp.
@@ -145,14 +145,14 @@ class Stretches:
         ten samples is higher.
         """
         deviation = np.abs(values - self.per_sample(self.medians(values)))
-        spread = MAD_TO_SIGMA * self.medians(deviation)
+        robust_sd = MAD_TO_SIGMA * self.medians(deviation)
         last_of_few = len(_THRESHOLD_FACTORS_OF_FEW) - 1
         factor = np.where(
             self.lengths > last_of_few,
             1.0,
             _THRESHOLD_FACTORS_OF_FEW[np.minimum(self.lengths, last_of_few)],
         )
-        limit = np.where(spread > 0, factor * threshold * spread, np.inf)
+        limit = np.where(robust_sd > 0, factor * threshold * robust_sd, np.inf)
         return deviation > self.per_sample(limit)
 
     def medians(self, values: FloatArray) -> FloatArray:
@@ -186,24 +186,24 @@ def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
         lengths: Number of samples of each stretch.
     """
     total = np.zeros(len(lengths))
-    # the stretches whose sum has not ended
-    pending = np.arange(len(lengths))
+    # indices of the stretches whose sum has not ended
+    pending_indices = np.arange(len(lengths))
     for lag in range(1, _LAGS_SUMMED_DIRECTLY + 1):
         is_longer = lengths > lag
         residual = residual[np.repeat(is_longer, lengths)]
-        pending = pending[is_longer]
+        pending_indices = pending_indices[is_longer]
         lengths = lengths[is_longer]
-        if len(pending) == 0:
+        if len(pending_indices) == 0:
             return total
         lagged_sums = _lagged_sums(residual, lengths, lag)
         is_positive = lagged_sums > 0
         residual = residual[np.repeat(is_positive, lengths)]
-        pending = pending[is_positive]
+        pending_indices = pending_indices[is_positive]
         lengths = lengths[is_positive]
-        total[pending] += lagged_sums[is_positive]
+        total[pending_indices] += lagged_sums[is_positive]
     stops = np.cumsum(lengths)
-    for stretch, start, stop in zip(pending, stops - lengths, stops, strict=True):
-        total[stretch] = _sum_before_first_not_positive(residual[start:stop])
+    for stretch_index, start, stop in zip(pending_indices, stops - lengths, stops, strict=True):
+        total[stretch_index] = _sum_before_first_not_positive(residual[start:stop])
     return total
 
 
@@ -213,8 +213,8 @@ def _lagged_sums(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatAr
     np.multiply(residual[:-lag], residual[lag:], out=products[:-lag])
     stops = np.cumsum(lengths)
     # the last samples of a stretch have their partner in the next one
-    for back in range(1, lag + 1):
-        products[stops - back] = 0.0
+    for samples_from_end in range(1, lag + 1):
+        products[stops - samples_from_end] = 0.0
     return np.add.reduceat(products, stops - lengths)
 
 
@@ -244,8 +244,8 @@ def _autocovariances(residual: FloatArray) -> Iterator[FloatArray]:
             earlier = residual[start : start + block_length]
             later = residual[start + first_lag :][: 2 * block_length]
             spectrum = scipy.fft.rfft(earlier, padded_length)
-            is_same = first_lag == 0 and block_length == length
-            other_spectrum = spectrum if is_same else scipy.fft.rfft(later, padded_length)
+            is_one_block = first_lag == 0 and block_length == length
+            other_spectrum = spectrum if is_one_block else scipy.fft.rfft(later, padded_length)
             cross_spectrum += spectrum.conj() * other_spectrum
         covariances = scipy.fft.irfft(cross_spectrum, padded_length)[
             : min(block_length, length - first_lag)
@@ -306,16 +306,17 @@ def is_noise(readings: FloatArray) -> bool:
         return False
     windows = np.lib.stride_tricks.sliding_window_view(readings, _READINGS_COMPARED)
     rounding = _CONVERSION_ROUNDING * np.abs(readings).max()
-    different_counts = np.empty(len(windows), dtype=np.int64)
+    distinct_counts = np.empty(len(windows), dtype=np.int64)
     # in blocks: ten sorted readings for each one of a long log are too large
     for start in range(0, len(windows), _WINDOWS_AT_ONCE):
         block = slice(start, start + _WINDOWS_AT_ONCE)
         ranked = np.sort(windows[block], axis=1)
-        different_counts[block] = (np.diff(ranked, axis=1) > rounding).sum(axis=1) + 1
+        distinct_counts[block] = (np.diff(ranked, axis=1) > rounding).sum(axis=1) + 1
     change = np.diff(readings)
     share_of_turns = np.mean(change[1:] * change[:-1] < 0)
     return bool(
-        median(different_counts) >= _FEWEST_DIFFERENT and share_of_turns >= _SMALLEST_SHARE_OF_TURNS
+        median(distinct_counts) >= _FEWEST_DISTINCT_VALUES
+        and share_of_turns >= _SMALLEST_SHARE_OF_TURNS
     )
 
 

@@ -18,11 +18,10 @@ from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.curation.hypotheses import Hypothesis, setting_hypotheses, time_hypotheses
 from oilfilm.curation.measure import find_steps, settled_parts
-from oilfilm.curation.rig_kind import TORQUE_KIND as NAME
-from oilfilm.curation.rig_kind import Channel, Division, RigKind, Signals
+from oilfilm.curation.rig_kind import TORQUE_KIND, Channel, Division, RigKind, Signals
 from oilfilm.curation.statistics import median
-from oilfilm.logs.base import Columns, Refusal
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.base import ColumnArrays, Refusal
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.torque_log import TORQUE
 from oilfilm.settings.config import TorquePlateauSettings
 from oilfilm.settings.resolved import Settings
@@ -43,8 +42,8 @@ _RADIAL_LOAD_NAME = re.compile(
 class TorqueRig(RigKind):
     """See `RigKind`."""
 
-    name = NAME
-    kind_of_logs: LogKind = TORQUE
+    name = TORQUE_KIND
+    log_schema: LogSchema = TORQUE
     table_name = "torque_runs"
     sensor = Channel("torque_n_m", "torque", "N m")
     channels = (
@@ -70,23 +69,23 @@ class TorqueRig(RigKind):
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        self.gates = settings.torque_logs.gates
+        self.gate_limits = settings.torque_logs.gates
         self.plateau_settings = settings.torque_logs.plateaus
         self.zero_settings = settings.torque_logs.tare
         self.zero_drift_max = settings.torque_logs.tare.max_drift_n_m
 
     @staticmethod
-    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
-        """See `RigKind.signals`."""
+    def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
+        """See `RigKind.make_signals`."""
         columns = {name: samples[name] for name in _SIGNAL_COLUMNS}
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def divide(self, signals: Signals, rig_name: str) -> Division:
+    def divide_run(self, signals: Signals, rig_name: str) -> Division:
         """Levels of speed between the first and the last sample at which the bearing turns."""
         is_turning = np.abs(signals["inner_speed_rpm"]) > self.zero_settings.max_speed_rpm
         if not is_turning.any():
             no_levels = np.array([], dtype=np.int64)
-            return Division(signals, no_levels, no_levels, rest_signals=signals, phases={})
+            return Division(signals, no_levels, no_levels, phase_signals=signals, phases={})
         turning_index = np.flatnonzero(is_turning)
         start = int(turning_index[0])
         stop = int(turning_index[-1]) + 1
@@ -97,15 +96,15 @@ class TorqueRig(RigKind):
             signals,
             starts,
             stops,
-            rest_signals=signals,
+            phase_signals=signals,
             phases={"opening": slice(0, start), "closing": slice(stop, len(signals))},
-            turning_samples=is_turning,
+            turning_selection=is_turning,
             short_level_refusals=short_level_refusals,
         )
 
-    def derive(
-        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
-    ) -> Columns:
+    def derive_plateaus(
+        self, averages: ColumnArrays, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> ColumnArrays:
         """Torque above the zero, and how steady it is."""
         load_n = averages["axial_load_n"]
         torque_n_m = averages["torque_n_m"] - zero_of_plateau
@@ -123,7 +122,7 @@ class TorqueRig(RigKind):
             "load_change": averages["axial_load_n_change"] / load_size_n,
         }
 
-    def complete(self, points: pd.DataFrame) -> pd.DataFrame:
+    def with_rig_and_oil_columns(self, points: pd.DataFrame) -> pd.DataFrame:
         """The column `rig` becomes `bearing`: the rig of a torque log is its bearing."""
         return points.rename(columns={"rig": "bearing"})
 

@@ -22,29 +22,29 @@ from oilfilm.curation.hypotheses import (
     setting_hypotheses,
     traction_hypotheses,
 )
-from oilfilm.curation.measure import average, find_steps, measure, settled_parts
+from oilfilm.curation.measure import average_plateaus, find_steps, measure_run, settled_parts
 from oilfilm.curation.ramps import (
-    FEWEST_POINTS,
-    LARGEST_SHARE_OF_RANGE,
+    FEWEST_RAMP_POINTS,
+    LARGEST_SHARE_OF_LAG_RANGE,
     RampPoints,
     is_ramp,
     ramp_points,
+    ramp_zero,
+    replace_spikes,
     rolling_ends,
-    rolling_zero,
-    without_spikes,
 )
 from oilfilm.curation.rig_kind import (
     TRACTION_KIND,
     Channel,
     Division,
+    MeasuredRun,
     RigKind,
-    Run,
     Signals,
     unknown_values,
 )
 from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
-    DIRECTION,
+    DIRECTION_COLUMN,
     force_in_rolling_refusal,
     force_left_refusal,
     is_turning_steadily,
@@ -54,8 +54,8 @@ from oilfilm.curation.zero import (
     zero_of_readings_refusal,
     zero_reference,
 )
-from oilfilm.logs.base import Columns, Refusal
-from oilfilm.logs.log_kind import LogKind
+from oilfilm.logs.base import ColumnArrays, Refusal
+from oilfilm.logs.log_schema import LogSchema
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.physics.contact import Contact, max_hertz_pressure
 from oilfilm.physics.film import contact_film
@@ -78,7 +78,7 @@ _RELATIVE_CALIBRATION = {
     "entrainment_speed_systematic_m_s": ("entrainment_speed_m_s", "speed_relative"),
 }
 # Name of a source of the zero -> the phases of pure rolling that it needs.
-_ROLLING_PHASES = {
+_ROLLING_PHASES_OF_ZERO_SOURCE = {
     "rolling_phases": ("opening", "closing"),
     "opening_phase": ("opening",),
     "already_removed": (),
@@ -95,12 +95,12 @@ _UNCHANGED_SIGNALS = (
 class TractionRig(RigKind):
     """See `RigKind`.
 
-    What is wrong with a run is a `Refusal`, kept in `Run.refusal`. `refusal_by` makes one.
+    What is wrong with a run is a `Refusal`, kept in `MeasuredRun.refusal`. `refusal_by` makes one.
     """
 
     # name of the kind of rig; TRACTION below is the kind of its logs
     name = TRACTION_KIND
-    kind_of_logs: LogKind = TRACTION
+    log_schema: LogSchema = TRACTION
     table_name = "points"
     # apart from `channels`: only its zero is removed, and its spikes are left out
     sensor = Channel("traction_force_n", "traction force", "N")
@@ -139,13 +139,13 @@ class TractionRig(RigKind):
         "inlet_temperature_c": "Inlet temp.\n(\N{DEGREE SIGN}C)",
     }
 
-    gates: GateSettings
+    gate_limits: GateSettings
     plateau_settings: PlateauSettings
     zero_settings: ZeroReferenceSettings
 
     def __init__(self, settings: Settings) -> None:
         super().__init__(settings)
-        self.gates = settings.gates
+        self.gate_limits = settings.gates
         self.plateau_settings = settings.curation.plateaus
         self.zero_settings = settings.curation.zero_reference
         # in the unit of the sensor, N
@@ -157,7 +157,7 @@ class TractionRig(RigKind):
         return self.settings.campaign.set_points.slide_roll_ratio or ()
 
     @staticmethod
-    def signals(samples: Columns, rig_name: str, settings: Settings) -> Signals:
+    def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
         # `semantics.direction` is one sign for the whole rig; column DIRECTION has one per plateau
         semantics = settings.campaign.semantics_for(rig_name)
@@ -176,7 +176,7 @@ class TractionRig(RigKind):
         columns["disc_speed_m_s"] = disc_m_s
         return Signals(samples["row"], samples["time_s"], columns)
 
-    def divide(self, signals: Signals, rig_name: str) -> Division:
+    def divide_run(self, signals: Signals, rig_name: str) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
         curation = self.settings.curation
         # where nothing turns S has no value
@@ -197,7 +197,7 @@ class TractionRig(RigKind):
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill":
             phases = phases_at_standstill(signals, curation)
-            return Division(usable_signals, starts, stops, rest_signals=signals, phases=phases)
+            return Division(usable_signals, starts, stops, phase_signals=signals, phases=phases)
         rolling_phases = {"opening": slice(0, 0), "closing": slice(0, 0)}
         if len(step_index):
             # the beginning of the opening phase gives the zero; what follows is a plateau without
@@ -206,35 +206,40 @@ class TractionRig(RigKind):
             # a slow log takes more time: the mean of fewer readings has no standard error. No rig
             # rolls for so long that a wrong unit of time would look like a slow log
             if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
-                zero_row_count = max(zero_row_count, self.gates.readings_min)
+                zero_row_count = max(zero_row_count, self.gate_limits.readings_min)
             rolling_phases["opening"] = slice(0, min(zero_row_count, int(stops[0])))
             rolling_phases["closing"] = slice(int(starts[-1]), int(stops[-1]))
         return Division(
             usable_signals,
             starts,
             stops,
-            rest_signals=usable_signals,
-            phases={name: rolling_phases[name] for name in _ROLLING_PHASES[zero_source_name]},
+            phase_signals=usable_signals,
+            phases={
+                name: rolling_phases[name]
+                for name in _ROLLING_PHASES_OF_ZERO_SOURCE[zero_source_name]
+            },
             rest_in_words="pure rolling",
             # the slices of `phases` are parts of levels of slip
-            phases_in_levels=True,
+            are_phases_in_levels=True,
         )
 
-    def measured_ramp(self, run: Run, division: Division, rig_name: str) -> Run | None:
+    def measured_ramp(
+        self, run: MeasuredRun, division: Division, rig_name: str
+    ) -> MeasuredRun | None:
         """See `RigKind.measured_ramp`."""
         if not is_ramp(
             run, self.plateau_settings, self.zero_settings.max_slide_roll_ratio, self._is_held(run)
         ):
             return None
         spike_threshold = self.settings.curation.spikes.threshold
-        load_n, _ = without_spikes(division.signals["load_n"], spike_threshold)
+        load_n, _ = replace_spikes(division.signals["load_n"], spike_threshold)
         if not (load_n > LEAST_LOAD_N).all():
             return None
         signals = replace(division.signals, columns={**division.signals.columns, "load_n": load_n})
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill" and run.refusal is not None:
             return run
-        zero = rolling_zero(
+        zero = ramp_zero(
             signals, zero_source_name, self.plateau_settings.window_s, self.zero_settings
         )
         if zero.refusal is not None:
@@ -253,14 +258,14 @@ class TractionRig(RigKind):
         )
         if points_on_ramp is None:
             return replace(
-                run, refusal=refusal_by("slip_ramps", "ramp_too_fast", fewest=FEWEST_POINTS)
+                run, refusal=refusal_by("slip_ramps", "ramp_too_fast", fewest=FEWEST_RAMP_POINTS)
             )
-        averages = average(signals, points_on_ramp.starts, points_on_ramp.stops, self)
+        averages = average_plateaus(signals, points_on_ramp.starts, points_on_ramp.stops, self)
         averages |= _columns_at_slips(averages, points_on_ramp)
         no_zero = np.zeros(len(points_on_ramp.slip))
         measured_run = replace(
             run,
-            plateaus=self.derive(averages, no_zero, removed_se_n[points_on_ramp.starts]),
+            plateaus=self.derive_plateaus(averages, no_zero, removed_se_n[points_on_ramp.starts]),
             refusal=self._ramp_refusal(points_on_ramp),
             short_level_refusals=(),
             # names of phases, or in words that both directions of slip give the zero
@@ -271,7 +276,7 @@ class TractionRig(RigKind):
             rolling_phases = rolling_ends(
                 signals, self.plateau_settings.window_s, self.zero_settings
             )
-            significant_errors = self.gates.significant_errors
+            significant_errors = self.gate_limits.significant_errors
             curation = self.settings.curation
             refusal = force_in_rolling_refusal(
                 signals, rolling_phases, curation, significant_errors
@@ -296,7 +301,7 @@ class TractionRig(RigKind):
             return np.zeros(len(time_s)), np.zeros(len(time_s))
         spike_threshold = self.settings.curation.spikes.threshold
         zero = zero_reference(
-            division.rest_signals, self.sensor.column, division.phases, spike_threshold
+            division.phase_signals, self.sensor.column, division.phases, spike_threshold
         )
         return zero.zero_at(time_s), zero.standard_error_at(time_s)
 
@@ -307,10 +312,10 @@ class TractionRig(RigKind):
             return rig_file.force_lag_s_range
         return self.settings.curation.ramps.force_lag_s_range
 
-    def _is_held(self, run: Run) -> BoolArray:
+    def _is_held(self, run: MeasuredRun) -> BoolArray:
         """Mask of the plateaus whose slip does not change, shape (plateaus,)."""
-        changes = np.abs(run.plateaus["slip_change"]) > self.gates.slip_change_max
-        has_transient = np.abs(run.plateaus["slip_transient"]) > self.gates.slip_transient_max
+        changes = np.abs(run.plateaus["slip_change"]) > self.gate_limits.slip_change_max
+        has_transient = np.abs(run.plateaus["slip_transient"]) > self.gate_limits.slip_transient_max
         return np.asarray(~(changes | has_transient))
 
     def _ramp_refusal(self, points_on_ramp: RampPoints) -> Refusal | None:
@@ -318,9 +323,9 @@ class TractionRig(RigKind):
         lag = points_on_ramp.lag
         shortest_s, longest_s = lag.tried_range_s
         # a number of standard errors
-        error_s = self.gates.significant_errors * lag.lag_se_s
+        error_s = self.gate_limits.significant_errors * lag.lag_se_s
         # too long: it may lie beyond the end of the range. Too short: it surely does
-        is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_RANGE * longest_s
+        is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_LAG_RANGE * longest_s
         is_shorter = lag.lag_s + error_s < shortest_s
         if lag.is_seen and (is_longer or is_shorter):
             limits = dict(least=shortest_s, most=longest_s)
@@ -329,7 +334,7 @@ class TractionRig(RigKind):
             fields = dict(drift=points_on_ramp.drift_n, allowed=self.zero_settings.max_drift_n)
             return refusal_by("zero_drift", sensor=self.sensor, **fields)
         # the relative error has no meaning where mu is near 0
-        is_sliding = np.abs(points_on_ramp.slip) > self.gates.sign_slip_min
+        is_sliding = np.abs(points_on_ramp.slip) > self.gate_limits.sign_slip_min
         median_error = median(np.abs(points_on_ramp.mu_se / points_on_ramp.mu)[is_sliding])
         largest_error = self.settings.curation.ramps.largest_error
         if median_error > largest_error:
@@ -341,43 +346,45 @@ class TractionRig(RigKind):
                 "lag_matters",
                 error=median_error,
                 allowed=largest_error,
-                why=explanation,
+                explanation=explanation,
             )
         return None
 
-    def zero_refusal(self, run: Run, division: Division, rig_name: str) -> Refusal | None:
+    def zero_refusal(self, run: MeasuredRun, division: Division, rig_name: str) -> Refusal | None:
         """The refusal by a phase that is part of the curve, or by a force that should be zero."""
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill":
             return run.refusal
         if zero_source_name == "already_removed":
-            return force_left_refusal(run, self.settings.curation, self.gates.significant_errors)
+            return force_left_refusal(
+                run, self.settings.curation, self.gate_limits.significant_errors
+            )
         largest_share, significant_errors = (
             self.zero_settings.max_traction_share,
-            self.gates.significant_errors,
+            self.gate_limits.significant_errors,
         )
         return run.refusal or phase_of_curve_refusal(
             division, run.plateaus, largest_share, significant_errors
         )
 
-    def settled_refusal(self, run: Run) -> Refusal | None:
+    def settled_refusal(self, run: MeasuredRun) -> Refusal | None:
         """The refusal of rows that are no settled readings, or whose zero was not removed."""
         return raw_signal_refusal(run.signals, self.plateau_settings) or zero_of_readings_refusal(
             run, self.zero_settings
         )
 
-    def derive(
-        self, averages: Columns, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
-    ) -> Columns:
+    def derive_plateaus(
+        self, averages: ColumnArrays, zero_of_plateau: FloatArray, zero_of_plateau_se: FloatArray
+    ) -> ColumnArrays:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
         # of each plateau, beside the sign of the rig in `signals`
         direction = np.ones(len(slip))
         # lower than any point may be: not pure rolling with an error of slip
-        is_backwards = slip < self.gates.slide_roll_ratio_min
+        is_backwards = slip < self.gate_limits.slide_roll_ratio_min
         # traction is odd in slip: the other direction gives points of the same curve. A few may be
         # mishaps
-        if is_backwards.sum() >= self.gates.faulty_plateaus_min:
+        if is_backwards.sum() >= self.gate_limits.faulty_plateaus_min:
             direction[is_backwards] = -1.0
         force_n = direction * (averages["traction_force_n"] - zero_of_plateau)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
@@ -395,7 +402,7 @@ class TractionRig(RigKind):
         )
         return {
             **{name: averages[name] for name in (*unchanged_columns, *self.mean_columns)},
-            DIRECTION: direction,
+            DIRECTION_COLUMN: direction,
             "slide_roll_ratio": direction * slip,
             "force_asymmetry": _asymmetry(averages),
             "measured_film_thickness_um": film_um,
@@ -411,7 +418,7 @@ class TractionRig(RigKind):
             "temperature_change_c": averages["inlet_temperature_c_change"],
         }
 
-    def complete(self, points: pd.DataFrame) -> pd.DataFrame:
+    def with_rig_and_oil_columns(self, points: pd.DataFrame) -> pd.DataFrame:
         """With contact pressure, film, lambda and the calibration of the rig's sensors."""
         return with_calibration(with_film(points, self.settings), self.settings.rigs)
 
@@ -422,7 +429,7 @@ class TractionRig(RigKind):
         yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 
 
-def _columns_at_slips(averages: Columns, points_on_ramp: RampPoints) -> Columns:
+def _columns_at_slips(averages: ColumnArrays, points_on_ramp: RampPoints) -> ColumnArrays:
     """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
     unknown = unknown_values(len(points_on_ramp.slip))
     return {
@@ -441,7 +448,7 @@ def _columns_at_slips(averages: Columns, points_on_ramp: RampPoints) -> Columns:
     }
 
 
-def _asymmetry(averages: Columns) -> FloatArray:
+def _asymmetry(averages: ColumnArrays) -> FloatArray:
     """|TF1 + TF2| over |TF1| + |TF2|, the forces of both directions of slip, shape (plateaus,).
 
     NaN where the rig does not log these forces, or both are zero.
@@ -465,7 +472,7 @@ def _asymmetry(averages: Columns) -> FloatArray:
 ZERO_SOURCES_BEST_FIRST = ("rolling_phases", "opening_phase", "standstill")
 
 
-def zero_source(
+def find_zero_source(
     time_s: FloatArray,
     ball_m_s: FloatArray,
     disc_m_s: FloatArray,
@@ -498,8 +505,8 @@ def zero_source(
     }
     for source in ZERO_SOURCES_BEST_FIRST:
         settings = settings_by_source[source]
-        signals = TractionRig.signals(samples, "", settings)
-        measured_run = measure(signals, TractionRig(settings), "")
+        signals = TractionRig.make_signals(samples, "", settings)
+        measured_run = measure_run(signals, TractionRig(settings), "")
         if measured_run.refusal is None or measured_run.refusal.rule != "zero_missing":
             return source
     return None

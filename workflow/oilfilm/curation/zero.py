@@ -16,9 +16,9 @@ import scipy
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import refusal_by
-from oilfilm.curation.rig_kind import Channel, Division, Run, Signals
+from oilfilm.curation.rig_kind import Channel, Division, MeasuredRun, Signals
 from oilfilm.curation.statistics import Stretches, mean_with_error, median
-from oilfilm.logs.base import Columns, Refusal
+from oilfilm.logs.base import ColumnArrays, Refusal
 from oilfilm.settings.config import (
     CurationSettings,
     PlateauSettings,
@@ -26,13 +26,14 @@ from oilfilm.settings.config import (
     ZeroReferenceSettings,
 )
 
-# Column of plateaus: -1 where slip and force were negative, and `derive` has reversed both; else 1.
-DIRECTION = "direction"
+# Column of plateaus: -1 where slip and force were negative and `derive_plateaus` has reversed both;
+# else 1.
+DIRECTION_COLUMN = "direction"
 # The constants below say how speed and slope of a run are estimated. The limits that judge them are
 # in the configuration.
 # So many rows, whose slips differ by less than half a step, are a signal and no settled readings.
 _FEWEST_ROWS_OF_SIGNAL = 100
-# Quantile of the speeds that stands for the speed of a run, without wild readings.
+# Quantile of the speeds that is taken for the speed of a run, so that wild readings do not count.
 _FASTEST_QUANTILE = 0.9
 # Largest ratio of slips that belong to one level, on the way up and down.
 _SAME_LEVEL_RATIO = 1.1
@@ -134,7 +135,7 @@ def moved_zero_refusal(
     division: Division,
     sensor: Channel,
     largest_drift: float,
-    gates: SignalGateSettings,
+    gate_limits: SignalGateSettings,
 ) -> Refusal | None:
     """The refusal of a zero that moves during the run, by the most likely cause; else None.
 
@@ -149,13 +150,13 @@ def moved_zero_refusal(
         division: The phases.
         sensor: The signal whose zero it is.
         largest_drift: Largest difference, in the sensor's unit.
-        gates: `zero_moving_share` and `significant_errors`.
+        gate_limits: `zero_moving_share` and `significant_errors`.
     """
     if abs(zero.drift) <= largest_drift:
         return None
     last_phase_name = list(division.phases)[-1]
     last_phase = division.phases[last_phase_name]
-    last_outputs = division.rest_signals[sensor.column][last_phase]
+    last_outputs = division.phase_signals[sensor.column][last_phase]
     rows_of_third = len(last_outputs) // 3
     change = (
         float(np.mean(last_outputs[-rows_of_third:]) - np.mean(last_outputs[:rows_of_third]))
@@ -164,8 +165,8 @@ def moved_zero_refusal(
     )
     fields = {"sensor": sensor, "drift": zero.drift, "allowed": largest_drift}
     # towards the opening zero, by more than the share of a steady drift
-    if -change * np.sign(zero.drift) > gates.zero_moving_share * abs(zero.drift):
-        row_range = division.rest_signals.row_range(last_phase.start, last_phase.stop - 1)
+    if -change * np.sign(zero.drift) > gate_limits.zero_moving_share * abs(zero.drift):
+        row_range = division.phase_signals.row_range(last_phase.start, last_phase.stop - 1)
         return refusal_by(
             "zero_not_settled",
             phase=last_phase_name,
@@ -175,7 +176,7 @@ def moved_zero_refusal(
             **row_range,
         )
     drift_se = float(np.hypot(zero.output_se[0], zero.output_se[-1]))
-    if abs(zero.drift) <= gates.significant_errors * drift_se:
+    if abs(zero.drift) <= gate_limits.significant_errors * drift_se:
         return refusal_by("zero_noisy", error=drift_se, **fields)
     return refusal_by("zero_drift", **fields)
 
@@ -256,7 +257,7 @@ def sliding_phase_refusal(
     division: Division, phase_name: str, largest_slip: float
 ) -> Refusal | None:
     """The refusal by a phase whose mean slide-roll ratio is beyond a limit; else None."""
-    slip = float(np.mean(division.rest_signals["slide_roll_ratio"][division.phases[phase_name]]))
+    slip = float(np.mean(division.phase_signals["slide_roll_ratio"][division.phases[phase_name]]))
     if abs(slip) <= largest_slip:
         return None
     return refusal_by(
@@ -265,7 +266,7 @@ def sliding_phase_refusal(
 
 
 def phase_of_curve_refusal(
-    division: Division, plateaus: Columns, largest_share: float, significant_errors: float
+    division: Division, plateaus: ColumnArrays, largest_share: float, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a phase that is taken for pure rolling and is part of the curve; else None.
 
@@ -281,7 +282,7 @@ def phase_of_curve_refusal(
     plateau_mu = plateaus["traction_coefficient"]
     largest_mu = float(np.nanmax(np.abs(plateau_mu), initial=0.0))
     for phase_name, phase in division.phases.items():
-        phase_slips = division.rest_signals["slide_roll_ratio"][phase]
+        phase_slips = division.phase_signals["slide_roll_ratio"][phase]
         slip, slip_se = mean_with_error(phase_slips)
         # Student's distribution: the error of the mean of few readings is itself uncertain
         tail_probability = scipy.stats.norm.sf(significant_errors)
@@ -305,41 +306,43 @@ def phase_of_curve_refusal(
 
 
 def force_left_refusal(
-    run: Run, curation: CurationSettings, significant_errors: float
+    run: MeasuredRun, settings: CurationSettings, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a force without slip or at standstill, where the rig removes the zero itself.
 
     Args:
         run: The run.
-        curation: `zero_reference`, `plateaus` and `spikes`.
+        settings: `zero_reference`, `plateaus` and `spikes`.
         significant_errors: Standard errors beyond which a difference is significant.
     """
     plateaus = run.plateaus
-    allowed_n = curation.zero_reference.max_drift_n
-    min_duration_s = curation.zero_reference.min_duration_s
+    allowed_n = settings.zero_reference.max_drift_n
+    min_duration_s = settings.zero_reference.min_duration_s
     phases = {
         f"in the {phase_name} phase of standstill": phase
-        for phase_name, phase in phases_at_standstill(run.signals, curation).items()
+        for phase_name, phase in phases_at_standstill(run.signals, settings).items()
         if short_phase_refusal(run.signals, phase, phase_name, min_duration_s) is None
     }
-    threshold = curation.spikes.threshold
+    threshold = settings.spikes.threshold
     zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
     # where the slip is noisy, one that is not significant may still have traction
-    is_rolling = slip <= curation.zero_reference.max_slide_roll_ratio
+    is_rolling = slip <= settings.zero_reference.max_slide_roll_ratio
     is_rolling &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
-    places_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
+    locations_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
     force_n = np.append(plateaus["traction_force_n"][is_rolling], zero_at_standstill.output)
     error_n = np.append(force_error_n[is_rolling], zero_at_standstill.output_se)
-    return _first_force_refusal(force_n, significant_errors * error_n, places_in_words, allowed_n)
+    return _first_force_refusal(
+        force_n, significant_errors * error_n, locations_in_words, allowed_n
+    )
 
 
 def force_in_rolling_refusal(
     signals: Signals,
     phases: Mapping[str, slice],
-    curation: CurationSettings,
+    settings: CurationSettings,
     significant_errors: float,
 ) -> Refusal | None:
     """The refusal by a force in pure rolling, where the rig removes the zero itself.
@@ -347,29 +350,32 @@ def force_in_rolling_refusal(
     Args:
         signals: The run.
         phases: Name of a phase of pure rolling -> its samples; short ones are not judged.
-        curation: `zero_reference` and `spikes`.
+        settings: `zero_reference` and `spikes`.
         significant_errors: As for `force_left_refusal`.
     """
-    limits = curation.zero_reference
+    limits = settings.zero_reference
     judged_phases = {
         f"in the {phase_name} phase of pure rolling": phase
         for phase_name, phase in phases.items()
         if short_phase_refusal(signals, phase, phase_name, limits.min_duration_s) is None
     }
-    zero = zero_reference(signals, "traction_force_n", judged_phases, curation.spikes.threshold)
+    zero = zero_reference(signals, "traction_force_n", judged_phases, settings.spikes.threshold)
     tolerances_n = significant_errors * zero.output_se
     return _first_force_refusal(zero.output, tolerances_n, list(judged_phases), limits.max_drift_n)
 
 
 def _first_force_refusal(
-    force_n: FloatArray, tolerances_n: FloatArray, places_in_words: Sequence[str], allowed_n: float
+    force_n: FloatArray,
+    tolerances_n: FloatArray,
+    locations_in_words: Sequence[str],
+    allowed_n: float,
 ) -> Refusal | None:
     """The refusal by the first force beyond what is allowed; None where all are within it.
 
     Args:
-        force_n: Forces where there should be none, shape (places,).
-        tolerances_n: What their noise explains, shape (places,).
-        places_in_words: Where in the run each force is.
+        force_n: Forces where there should be none, shape (forces,).
+        tolerances_n: What their noise explains, shape (forces,).
+        locations_in_words: Where in the run each force is.
         allowed_n: Largest force that is allowed.
     """
     indices_beyond = np.flatnonzero(np.abs(force_n) > allowed_n + tolerances_n)
@@ -377,7 +383,7 @@ def _first_force_refusal(
         return None
     first = indices_beyond[0]
     return refusal_by(
-        "zero_left", force=force_n[first], place=places_in_words[first], allowed=allowed_n
+        "zero_left", force=force_n[first], location=locations_in_words[first], allowed=allowed_n
     )
 
 
@@ -408,14 +414,14 @@ def _reverses_slip(signals: Signals) -> bool:
     return bool(np.isfinite(force_of_one_direction).any())
 
 
-def _allowed_zero_n(plateaus: Columns, settings: ZeroReferenceSettings) -> FloatArray:
+def _allowed_zero_n(plateaus: ColumnArrays, settings: ZeroReferenceSettings) -> FloatArray:
     """Allowed force without slip: `max_drift_n`, or a share of the largest traction."""
     largest_mu = float(np.nanmax(np.abs(plateaus["traction_coefficient"]), initial=0.0))
     share_n = settings.max_traction_share * largest_mu * plateaus["load_n"]
     return np.asarray(np.fmax(settings.max_drift_n, share_n))
 
 
-def _is_without_slip(plateaus: Columns, allowed_zero_n: FloatArray) -> BoolArray:
+def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> BoolArray:
     """Mask of settled readings so near pure rolling that their traction is below a force."""
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
@@ -423,14 +429,14 @@ def _is_without_slip(plateaus: Columns, allowed_zero_n: FloatArray) -> BoolArray
     return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_zero_n)
 
 
-def shows_its_zero(run: Run, settings: ZeroReferenceSettings) -> bool:
+def shows_its_zero(run: MeasuredRun, settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
     is_rolling = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
-    differences, _ = differences_of_directions(run.plateaus)
+    differences, _ = mu_differences_of_directions(run.plateaus)
     return bool(is_rolling.any() or len(differences) or _reverses_slip(run.signals))
 
 
-def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refusal | None:
+def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) -> Refusal | None:
     """The refusal by a zero that is left in settled readings; None where none is found.
 
     Readings without slip show it, and readings of both directions of slip.
@@ -459,7 +465,7 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
             slip=slip[first_beyond],
             allowed=allowed_n[first_beyond],
         )
-    offset_mu = zero_of_directions(run.plateaus)
+    offset_mu = mu_common_to_directions(run.plateaus)
     # a reading without load has no traction coefficient
     has_mu = np.isfinite(mu)
     allowed_mu = median(allowed_zero_n[has_mu] / load_n[has_mu])
@@ -468,16 +474,16 @@ def zero_of_readings_refusal(run: Run, settings: ZeroReferenceSettings) -> Refus
     return None
 
 
-def zero_of_directions(plateaus: Columns) -> float:
+def mu_common_to_directions(plateaus: ColumnArrays) -> float:
     """Traction coefficient that both directions of slip have in common; NaN without shared slips.
 
     It is half the difference of the sizes of mu at equal slips, in the median.
     """
-    differences, _ = differences_of_directions(plateaus)
+    differences, _ = mu_differences_of_directions(plateaus)
     return median(differences) / 2
 
 
-def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray]:
+def mu_differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, FloatArray]:
     """Difference of mu between positive and negative slips of the same size, and mu at the latter.
 
     Only slips that both directions reach are compared. Mu at positive slips is interpolated.
@@ -488,8 +494,8 @@ def differences_of_directions(plateaus: Columns) -> tuple[FloatArray, FloatArray
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
     has_mu = np.isfinite(slip) & np.isfinite(mu)
-    is_negative = has_mu & (plateaus[DIRECTION] < 0)
-    is_positive = has_mu & (plateaus[DIRECTION] > 0)
+    is_negative = has_mu & (plateaus[DIRECTION_COLUMN] < 0)
+    is_positive = has_mu & (plateaus[DIRECTION_COLUMN] > 0)
     if not is_negative.any() or not is_positive.any():
         return np.empty(0), np.empty(0)
     order_by_slip = np.argsort(slip[is_positive], kind="stable")

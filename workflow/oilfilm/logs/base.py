@@ -9,19 +9,19 @@ import numpy.typing as npt
 
 from oilfilm.base.units import ABSOLUTE_ZERO_C, IndexArray
 
-# Columns of the table of samples without `run_id`: name -> array over the rows of one run.
-Columns = dict[str, npt.NDArray[Any]]
+# Name of a column -> its values, shape (rows,). The rows are samples of one run, or its plateaus.
+ColumnArrays = dict[str, npt.NDArray[Any]]
 
-# Columns of a log: the name of each, and the unit beside or below it (empty where there is none).
+# Name of each column of a log, and the unit beside or below it (empty where there is none).
 NamesAndUnits = list[tuple[str, str]]
 
-# Value of the header key and of the column `log_kind`: each row is a settled reading, as of a rig
+# Value of the header key and of the column `log_kind`. Each row is a settled reading, as of a rig
 # whose program steps from one slip to the next. Any other log is a signal against time.
-SETTLED = "steps"
+SETTLED_LOG_KIND = "steps"
 
 # Rule of a note on how a log was read. It refuses nothing.
 READING_NOTE = "reading_note"
-COPY_AGAIN = "Copy it again from the rig, or export it again: this copy cannot be repaired."
+COPY_AGAIN_ADVICE = "Copy it again from the rig, or export it again: this copy cannot be repaired."
 
 # These limits hold whatever the settings of a campaign are.
 # No rig measures a larger number, in any unit.
@@ -37,14 +37,14 @@ _BYTES_PER_MIB = 1 << 20
 
 # Set points of a run that its log or the campaign states, by key.
 SetPoints = Mapping[str, float]
-# Set point -> its quantity, as header keys name it, and its unit.
-SET_POINT_UNITS = {
+# Key of a set point -> its quantity, as header keys name it, and its unit.
+QUANTITY_AND_UNIT_OF_SET_POINT = {
     "max_hertz_pressure_gpa": ("max_hertz_pressure", "GPa"),
     "load_n": ("load", "N"),
     "entrainment_speed_m_s": ("entrainment_speed", "m/s"),
     "inlet_temperature_c": ("inlet_temperature", "degC"),
 }
-SET_POINT_KEYS = tuple(SET_POINT_UNITS)
+SET_POINT_KEYS = tuple(QUANTITY_AND_UNIT_OF_SET_POINT)
 # Set points that state the load: a run has one of them.
 LOAD_KEYS = frozenset({"max_hertz_pressure_gpa", "load_n"})
 # No contact of steel or ceramic bears a higher pressure: a larger number is in MPa.
@@ -73,7 +73,7 @@ class Refusal:
     last_row: int = 0
     refused_rows: int = 0
 
-    def of_rows(self, run_id: str, first_row: int, last_row: int) -> "Refusal":
+    def for_rows(self, run_id: str, first_row: int, last_row: int) -> "Refusal":
         """The refusal of rows `first_row` to `last_row`; of no rows if `last_row` is smaller."""
         return replace(
             self,
@@ -105,7 +105,7 @@ class UnreadableLogError(Exception):
         return cls(refusal.reason, refusal.advice, rule=refusal.rule)
 
 
-def too_large(reason: str) -> UnreadableLogError:
+def too_large_error(reason: str) -> UnreadableLogError:
     """The error for a log that is larger than any run."""
     return UnreadableLogError(reason, "Begin a file for each run.", rule="too_large")
 
@@ -117,22 +117,24 @@ def check_row_count(row_count: int) -> None:
         UnreadableLogError: The table has more than `MOST_ROWS` rows.
     """
     if row_count > MOST_ROWS:
-        raise too_large(f"the log has {row_count} rows, more than {MOST_ROWS}")
+        raise too_large_error(f"the log has {row_count} rows, more than {MOST_ROWS}")
 
 
-def check_lines(content: bytes) -> None:
+def check_text_size(content: bytes) -> None:
     """Refuse a text that is too large to be read line by line.
 
     Raises:
         UnreadableLogError: The text is too large.
     """
     if len(content) > _LARGEST_TEXT_READ_BY_LINE_MIB * _BYTES_PER_MIB:
-        raise too_large(f"a text of this format is read up to {_LARGEST_TEXT_READ_BY_LINE_MIB} MiB")
+        raise too_large_error(
+            f"a text of this format is read up to {_LARGEST_TEXT_READ_BY_LINE_MIB} MiB"
+        )
 
 
 @dataclass(frozen=True)
 class ColumnSummary:
-    """What a column of a log that is read holds, for messages and `oilfilm check`.
+    """What one column of a log holds, for messages and `oilfilm check`.
 
     Attributes:
         name: Name in the log.
@@ -142,7 +144,7 @@ class ColumnSummary:
         minimum: Smallest number, in `unit`; NaN where there is none.
         maximum: Largest number, in `unit`; NaN where there is none.
         count: Number of rows with a number.
-        missing: Number of rows without one.
+        missing: Number of rows without a number.
     """
 
     name: str
@@ -156,8 +158,8 @@ class ColumnSummary:
 
 
 @dataclass(frozen=True)
-class Understood:
-    """How the columns and the header of a run were understood.
+class RunInterpretation:
+    """How the reader interpreted the columns and the header of a run.
 
     Attributes:
         columns: Summaries of the columns that are read.
@@ -174,7 +176,7 @@ class Understood:
     statements: tuple[str, ...] = ()
 
 
-NOTHING_UNDERSTOOD = Understood()
+NO_INTERPRETATION = RunInterpretation()
 
 
 @dataclass(frozen=True)
@@ -185,12 +187,12 @@ class LoggedRun:
         run_id: Unique name of the run.
         oil_name: Id of the oil.
         rig_name: Name of the rig file; of a torque log the bearing.
-        log_kind: `continuous` (a signal against time) or `SETTLED`.
+        log_kind: `continuous` (a signal against time) or `SETTLED_LOG_KIND`.
         set_points: Set points that the log, its sheet or the campaign states.
         samples: Its columns in the table of samples.
         refusal: Why the run cannot be used; None where it can. The samples are kept in both cases.
         label: Name that the log itself gives the run.
-        understood: How its columns and header were understood.
+        interpretation: How its columns and header were interpreted.
     """
 
     run_id: str
@@ -198,22 +200,22 @@ class LoggedRun:
     rig_name: str
     log_kind: str
     set_points: SetPoints
-    samples: Columns
+    samples: ColumnArrays
     refusal: Refusal | None = None
     label: str = ""
-    understood: Understood = NOTHING_UNDERSTOOD
+    interpretation: RunInterpretation = NO_INTERPRETATION
 
     def __len__(self) -> int:
         return len(self.samples["row"])
 
 
 @dataclass(frozen=True)
-class TextForm:
-    """How a text log was read; what the format does not have is empty.
+class TextDialect:
+    """How a text log is written. An attribute that the format does not have is empty.
 
     Attributes:
         encoding: Python's name of the encoding.
-        delimiter: Name of the mark between cells.
+        delimiter: Name of the character between cells, as `semicolon`.
         decimal_mark: `point` or `comma`.
     """
 
@@ -222,31 +224,39 @@ class TextForm:
     decimal_mark: str = ""
 
     @classmethod
-    def from_marks(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextForm":
-        """The form of a text with these characters between cells and as decimal mark."""
-        return cls(encoding, _MARK_NAMES.get(delimiter, delimiter), _MARK_NAMES[decimal_mark])
+    def from_marks(cls, encoding: str, delimiter: str, decimal_mark: str) -> "TextDialect":
+        """The dialect of a text with these characters between cells and as decimal mark."""
+        return cls(encoding, _NAME_OF_MARK.get(delimiter, delimiter), _NAME_OF_MARK[decimal_mark])
 
 
-NO_TEXT = TextForm()
-_MARK_NAMES = {",": "comma", ";": "semicolon", "\t": "tab", "|": "bar", " ": "blanks", ".": "point"}
+# The dialect of a file that is no text.
+NO_DIALECT = TextDialect()
+_NAME_OF_MARK = {
+    ",": "comma",
+    ";": "semicolon",
+    "\t": "tab",
+    "|": "bar",
+    " ": "blanks",
+    ".": "point",
+}
 
 
 @dataclass(frozen=True)
-class Reading:
-    """Everything found in one raw file.
+class ParsedLog:
+    """Everything that a reader found in one raw file.
 
     Attributes:
         row_count: Number of data rows, good and bad.
         runs: The runs of the file.
         refusals: What was refused of it, and remarks.
-        form: How the text was read.
+        dialect: How its text is written.
         unpacked_sha256: sha256 of the content of a packed file; empty where it is not packed.
     """
 
     row_count: int
     runs: list[LoggedRun] = field(default_factory=list)
     refusals: list[Refusal] = field(default_factory=list)
-    form: TextForm = NO_TEXT
+    dialect: TextDialect = NO_DIALECT
     unpacked_sha256: str = ""
 
 
@@ -255,7 +265,7 @@ def refused_ranges(
 ) -> list[Refusal]:
     """One refusal per unbroken range of rows that have the same problem."""
     return [
-        Refusal(rule, f"rows {first} to {last}: {problem}", advice).of_rows(run_id, first, last)
+        Refusal(rule, f"rows {first} to {last}: {problem}", advice).for_rows(run_id, first, last)
         for first, last in unbroken_ranges(row_numbers)
     ]
 
@@ -291,22 +301,22 @@ def parse_set_point(set_point_key: str, text: str) -> float | None:
         value = parse_decimal(text)
     except ValueError:
         return None
-    return value if is_set_point(set_point_key, value) else None
+    return value if is_in_set_point_range(set_point_key, value) else None
 
 
-def is_set_point(set_point_key: str, value: float) -> bool:
-    """Whether a number is in the range of a set point, in its unit."""
-    least, most = _set_point_range(set_point_key)
-    return least < value < most
+def is_in_set_point_range(set_point_key: str, value: float) -> bool:
+    """Whether a number, in the unit of a set point, is in its range."""
+    lower_limit, upper_limit = _set_point_range(set_point_key)
+    return lower_limit < value < upper_limit
 
 
-def expected_set_point(set_point_key: str) -> str:
+def set_point_range_in_words(set_point_key: str) -> str:
     """The range and unit of a set point, for a message."""
-    least, most = _set_point_range(set_point_key)
-    _, unit = SET_POINT_UNITS[set_point_key]
+    lower_limit, upper_limit = _set_point_range(set_point_key)
+    _, unit = QUANTITY_AND_UNIT_OF_SET_POINT[set_point_key]
     if unit == "GPa":
         unit = "GPa, not MPa"
-    return f"a number above {least:g}, below {most:g} (in {unit})"
+    return f"a number above {lower_limit:g}, below {upper_limit:g} (in {unit})"
 
 
 def _set_point_range(set_point_key: str) -> tuple[float, float]:

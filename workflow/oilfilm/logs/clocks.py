@@ -11,32 +11,32 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, Values
 
 # Clocks that differ by less, in sampling intervals over the whole log, are one clock.
 _SAME_CLOCK = 0.1
-_ADVICE = (
+_CLOCKS_ADVICE = (
     "Check the start times and intervals of the channels, or export them together on one time axis."
 )
 
 
-def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
+def with_time_column(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     """The table with a column of time made of the clocks of its channels, where no column has it.
 
     Channels with different clocks are interpolated linearly onto the times of the fastest one. The
-    first and the last reading of a slower channel hold for one of its intervals. Rows beyond hold
-    no number of it.
+    first and the last reading of a slower channel hold for one of its intervals. Rows beyond these
+    have no number of that channel.
 
     Args:
         table: The table.
         vocabulary: What the names of its columns mean.
     """
-    meanings = vocabulary.meanings(table.names, table.units)
-    has_time = any(quantity == "time" for quantity, _ in meanings.values())
+    quantities_and_units = vocabulary.quantities_and_units(table.names, table.units)
+    has_time = any(quantity == "time" for quantity, _ in quantities_and_units.values())
     clocked_column_indices = [
         index
-        for index in meanings
+        for index in quantities_and_units
         if index in table.clock_of_column or index in table.time_index_of_column
     ]
     if has_time or not clocked_column_indices or table.columns:
@@ -44,13 +44,13 @@ def with_time(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     if not table.time_index_of_column:
         clocks = [_clock_since_log_start(table, index) for index in clocked_column_indices]
         if _is_one_clock(clocks, table.row_count):
-            return _with_time_column(
+            return _append_time_column(
                 table, _times_by_clock(clocks[0], table.row_count), clocks[0].unit, {}
             )
-    if len(clocked_column_indices) < len(meanings):
-        # of the other channels nobody knows when they were read
+    if len(clocked_column_indices) < len(quantities_and_units):
+        # the times of the other channels are not known
         return table
-    return _aligned(table, clocked_column_indices)
+    return _align_channels(table, clocked_column_indices)
 
 
 def _is_one_clock(clocks: Sequence[Clock], row_count: int) -> bool:
@@ -79,7 +79,7 @@ class _Channel(NamedTuple):
     readings: FloatArray
 
 
-def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
+def _align_channels(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
     """The table with its channels at the times of the fastest one.
 
     Args:
@@ -99,7 +99,7 @@ def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
             return table
         times_of_row[index] = _times_of_channel(table, index)
         readings_of_row[index] = readings.astype(np.float64)
-        channels[index] = _channel(times_of_row[index], readings_of_row[index])
+        channels[index] = _trimmed_channel(times_of_row[index], readings_of_row[index])
     if len(units) > 1 or any(len(channel.times) < 2 for channel in channels.values()):
         return table
     for index in channels:
@@ -142,12 +142,12 @@ def _aligned(table: LoggedTable, channel_indices: Sequence[int]) -> LoggedTable:
             > hold_time + tolerance
         )
         numbers_of_index[index] = np.where(is_beyond, np.nan, interpolated_readings)
-    table_with_time = _with_time_column(table, times_of_fastest, units.pop(), numbers_of_index)
+    table_with_time = _append_time_column(table, times_of_fastest, units.pop(), numbers_of_index)
     note = _note_on_clocks(table, channels, interval_of_index, fastest_index)
     return table_with_time.with_note(note) if note else table_with_time
 
 
-def _channel(times_of_row: FloatArray, readings_of_row: FloatArray) -> _Channel:
+def _trimmed_channel(times_of_row: FloatArray, readings_of_row: FloatArray) -> _Channel:
     """The readings of a channel, without the rows above its first and below its last one.
 
     Args:
@@ -206,7 +206,7 @@ def _times_of_channel(table: LoggedTable, index: int) -> FloatArray:
     return _times_by_clock(_clock_since_log_start(table, index), table.row_count)
 
 
-def _with_time_column(
+def _append_time_column(
     table: LoggedTable, time: FloatArray, unit: str, aligned_values_of_index: Mapping[int, Values]
 ) -> LoggedTable:
     """The table with a column of time, and with other numbers in the aligned columns."""
@@ -244,7 +244,7 @@ def _no_overlap_problem(table: LoggedTable, channels: Mapping[int, _Channel]) ->
         for index, channel in channels.items()
     ]
     reason = f"the channels were not read at the same time: {', '.join(spans_of_channels)}"
-    return base.Refusal("clocks", reason, _ADVICE)
+    return base.Refusal("clocks", reason, _CLOCKS_ADVICE)
 
 
 def _note_on_clocks(

@@ -1,6 +1,6 @@
 """From the columns of a log to its run: what all formats share.
 
-A format finds names, units, header keys and numbers. This module and the kind of log do the rest.
+A format finds names, units, header keys and numbers. This module and the log schema do the rest.
 
 Decides: which rows are refused for their cells.
 """
@@ -23,12 +23,12 @@ from oilfilm.base.units import (
     possible_conversion,
 )
 from oilfilm.logs import base
-from oilfilm.logs.clocks import with_time
-from oilfilm.logs.log_kind import LoggedColumn, LogKind, UsableLog, Vocabulary
+from oilfilm.logs.clocks import with_time_column
+from oilfilm.logs.log_schema import LoggedColumn, LogSchema, UsableLog, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
-from oilfilm.logs.run_sheet import Labels, RunSheet
+from oilfilm.logs.run_sheet import RunMetadata, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
-from oilfilm.logs.text_rows import DATE
+from oilfilm.logs.text_rows import DATE_PATTERN
 from oilfilm.settings.resolved import Settings
 
 # Limits of what the columns of a log can hold. They belong to reading, before a campaign is judged
@@ -54,27 +54,33 @@ ROWS_ADVICE = "Look at these rows of the raw log; the rows around them are used.
 
 
 def read_tables(
-    tables_of_file: TablesOfFile, file: str, settings: Settings, kind: LogKind, sheet: RunSheet
-) -> base.Reading:
+    tables_of_file: TablesOfFile,
+    file: str,
+    settings: Settings,
+    log_schema: LogSchema,
+    sheet: RunSheet,
+) -> base.ParsedLog:
     """The runs in the tables of a file, and what was refused of them."""
-    form = tables_of_file[0]
+    dialect, logged_tables = tables_of_file
     row_count = 0
-    reading = base.Reading(0, form=form)
+    parsed_log = base.ParsedLog(0, dialect=dialect)
     names_of_runs: list[tuple[str, ...]] = []
-    context = _Context(file, form, settings, kind, sheet)
-    for table in tables_of_file[1]:
-        run_tables = _tables_of_runs(table, settings, kind)
+    context = _FileContext(file, dialect, settings, log_schema, sheet)
+    for table in logged_tables:
+        run_tables = _tables_of_runs(table, settings, log_schema)
         for run_table in run_tables:
-            names_of_runs += _read_run(run_table, row_count + 1, reading, context)
+            names_of_runs += _read_run(run_table, row_count + 1, parsed_log, context)
         row_count += sum(run_table.row_count for run_table in run_tables)
-    refusals = [*reading.refusals, *sheet.unmatched_rows(file, names_of_runs)]
-    return replace(reading, row_count=row_count, refusals=refusals)
+    refusals = [*parsed_log.refusals, *sheet.unmatched_rows(file, names_of_runs)]
+    return replace(parsed_log, row_count=row_count, refusals=refusals)
 
 
-def _tables_of_runs(table: LoggedTable, settings: Settings, kind: LogKind) -> list[LoggedTable]:
+def _tables_of_runs(
+    table: LoggedTable, settings: Settings, log_schema: LogSchema
+) -> list[LoggedTable]:
     """One table per run of a table, with a time. Columns are read once for all runs."""
-    vocabulary = kind.vocabulary_of(settings.campaign)
-    table = with_time(table, vocabulary)
+    vocabulary = log_schema.campaign_vocabulary(settings.campaign)
+    table = with_time_column(table, vocabulary)
     values_of_index: dict[int, Values] = {}
 
     def read_values(column_indices: Sequence[int]) -> list[Values]:
@@ -89,62 +95,76 @@ def _tables_of_runs(table: LoggedTable, settings: Settings, kind: LogKind) -> li
 
 
 @dataclass(frozen=True)
-class _Context:
-    """What the runs of one file share: its name, how its text is written, what judges them."""
+class _FileContext:
+    """What the runs of one file share.
+
+    Attributes:
+        file: Name of the file.
+        dialect: How its text is written.
+        settings: Settings of the campaign.
+        log_schema: What logs of this kind of rig may hold.
+        sheet: The run sheet.
+    """
 
     file: str
-    form: base.TextForm
+    dialect: base.TextDialect
     settings: Settings
-    kind: LogKind
+    log_schema: LogSchema
     sheet: RunSheet
 
 
 def _read_run(
-    table: LoggedTable, first_row_number: int, reading: base.Reading, context: _Context
+    table: LoggedTable, first_row_number: int, parsed_log: base.ParsedLog, context: _FileContext
 ) -> list[tuple[str, ...]]:
-    """Add the run of a table, or why it is refused, to the reading of its file.
+    """Add the run of a table, or why it is refused, to the parsed log of its file.
 
     A run at several set points is added as several runs.
 
     Returns:
         The names of each run in the file; none where the file is one run.
     """
-    form, kind = context.form, context.kind
-    encoding_in_words = "" if form.encoding in ("", "ascii") else f"; read as {form.encoding}"
-    labels = context.sheet.labels(
-        context.file, table.sheet_names, table.keys, context.settings, table.decimal_mark
+    dialect, log_schema = context.dialect, context.log_schema
+    encoding_in_words = "" if dialect.encoding in ("", "ascii") else f"; read as {dialect.encoding}"
+    metadata = context.sheet.run_metadata(
+        context.file, table.run_names, table.text_of_key, context.settings, table.decimal_mark
     )
     try:
-        run, refusals = _read_table(table, labels, first_row_number, form, context.settings, kind)
-        tables_of_set_points = _tables_of_set_points(table, run, first_row_number, kind)
+        run, refusals = _read_table(
+            table, metadata, first_row_number, dialect, context.settings, log_schema
+        )
+        tables_of_set_points = _tables_of_set_points(table, run, first_row_number, log_schema)
         if len(tables_of_set_points) > 1:
             return [
                 run_names
                 for table_of_set_point in tables_of_set_points
-                for run_names in _read_run(table_of_set_point, first_row_number, reading, context)
+                for run_names in _read_run(
+                    table_of_set_point, first_row_number, parsed_log, context
+                )
             ]
-        reading.runs.append(run)
+        parsed_log.runs.append(run)
     except (ValueError, base.UnreadableLogError) as error:
-        problem = base.Refusal("columns", f"{error}{encoding_in_words}", kind.vocabulary.advice)
+        problem = base.Refusal(
+            "columns", f"{error}{encoding_in_words}", log_schema.vocabulary.advice
+        )
         if isinstance(error, base.UnreadableLogError):
             problem = error.refusal
-        problem = labels.with_exclusion(problem)
-        run_id = labels.run_id if table.run_name else ""
+        problem = metadata.with_exclusion(problem)
+        run_id = metadata.run_id if table.run_name else ""
         row_ranges = base.unbroken_ranges(table.row_numbers(first_row_number))
         # a table without rows is refused, too
         row_ranges = row_ranges or [(first_row_number, first_row_number - 1)]
-        refusals = [problem.of_rows(run_id, first, last) for first, last in row_ranges]
-    reading.refusals.extend(refusals)
-    reading.refusals.extend(labels.remarks)
-    return [table.sheet_names] if table.run_name else []
+        refusals = [problem.for_rows(run_id, first, last) for first, last in row_ranges]
+    parsed_log.refusals.extend(refusals)
+    parsed_log.refusals.extend(metadata.remarks)
+    return [table.run_names] if table.run_name else []
 
 
 def _tables_of_set_points(
-    table: LoggedTable, run: base.LoggedRun, first_row_number: int, kind: LogKind
+    table: LoggedTable, run: base.LoggedRun, first_row_number: int, log_schema: LogSchema
 ) -> list[LoggedTable]:
     """One table per set point of a run; the table itself where the run has one set point."""
     # some formats say themselves what a run is
-    row_indices_of_parts = [] if table.columns else kind.row_indices_of_set_points(run)
+    row_indices_of_parts = [] if table.columns else log_schema.find_rows_of_set_points(run)
     if len(row_indices_of_parts) < 2:
         return [table]
     # rows that cannot be used belong to the part before them
@@ -162,19 +182,19 @@ def _tables_of_set_points(
         np.split(np.arange(table.row_count), split_indices), start=1
     ):
         name = f"{table.run_name} setpoint{number}".strip()
-        table_of_part = table.select_rows(row_index, name, table.keys)
-        table_of_part = replace(table_of_part, undivided_names=table.sheet_names)
+        table_of_part = table.select_rows(row_index, name, table.text_of_key)
+        table_of_part = replace(table_of_part, undivided_names=table.run_names)
         tables_of_parts.append(table_of_part.with_note(note))
     return tables_of_parts
 
 
 def _read_table(
     table: LoggedTable,
-    labels: Labels,
+    metadata: RunMetadata,
     first_row_number: int,
-    form: base.TextForm,
+    dialect: base.TextDialect,
     settings: Settings,
-    kind: LogKind,
+    log_schema: LogSchema,
 ) -> tuple[base.LoggedRun, list[base.Refusal]]:
     """The run of a table and the refusals of its rows.
 
@@ -184,74 +204,78 @@ def _read_table(
     """
     if table.problem:
         raise base.UnreadableLogError.from_refusal(table.problem)
-    vocabulary = kind.vocabulary_of(settings.campaign)
-    unneeded_quantities = kind.unneeded_quantities(labels.keys, settings)
-    names, table = _names_without_twins(table, vocabulary)
+    vocabulary = log_schema.campaign_vocabulary(settings.campaign)
+    unneeded_quantities = log_schema.find_unneeded_quantities(metadata.text_of_key, settings)
+    names, table = _names_without_duplicates(table, vocabulary)
     columns = table.columns or vocabulary.columns_of_run(names, table.units, unneeded_quantities)
-    problems = chain([labels.problem], kind.header_problems(labels.keys, columns, settings))
+    problems = chain(
+        [metadata.problem], log_schema.find_header_problems(metadata.text_of_key, columns, settings)
+    )
     first_problem = next(filter(None, problems), None)
     if first_problem:
         raise base.UnreadableLogError.from_refusal(first_problem)
     numbers_of_column = _logged_numbers(table, columns)
-    values_of_quantity, is_readable = _converted_values(numbers_of_column)
+    values_of_quantity, is_readable = _converted_numbers(numbers_of_column)
     row_numbers = table.row_numbers(first_row_number)
     is_good, refusals = _mask_of_good_rows(
         table, list(numbers_of_column.values()), is_readable, row_numbers
     )
     refusals += [base.Refusal(base.READING_NOTE, note, _NOTE_ADVICE) for note in table.notes]
-    refusals = [replace(refusal, run_id=labels.run_id) for refusal in refusals]
+    refusals = [replace(refusal, run_id=metadata.run_id) for refusal in refusals]
     if not is_good.all():
         row_numbers = row_numbers[is_good]
         values_of_quantity = {
             quantity: numbers[is_good] for quantity, numbers in values_of_quantity.items()
         }
     log = UsableLog(
-        labels.run_id,
-        labels.keys,
+        metadata.run_id,
+        metadata.text_of_key,
         list(numbers_of_column),
         row_numbers,
         values_of_quantity,
-        labels.exclusion
-        or _refusal_of_run(table, labels, row_numbers, values_of_quantity, refusals, form),
-        _understood(table, labels, numbers_of_column),
+        metadata.exclusion
+        or _refusal_of_run(table, metadata, row_numbers, values_of_quantity, refusals, dialect),
+        _run_interpretation(table, metadata, numbers_of_column),
     )
-    return kind.make_run(log, settings), refusals
+    return log_schema.make_run(log, settings), refusals
 
 
 # Two numbers that differ by less are one number in two units.
 _ROUNDING_OF_CONVERSION = 1e-9
 
 
-def _names_without_twins(
+def _names_without_duplicates(
     table: LoggedTable, vocabulary: Vocabulary
 ) -> tuple[list[str], LoggedTable]:
-    """The names of the columns, empty for a twin of an earlier column, and the table with notes.
+    """Column names, empty for a duplicate of an earlier column, and the table with notes on these.
 
-    A column is a twin of an earlier one where both have the same quantity and the same numbers, in
-    one unit: a load of 80 N and one of 0.08 kN are twins.
+    A column is a duplicate where both have the same quantity and, in one unit, the same numbers: a
+    load in kN duplicates the load in N.
     """
     names = list(table.names)
     if table.columns:
         return names, table
     first_index_of_quantity: dict[str, int] = {}
     notes: list[str] = []
-    meanings = vocabulary.meanings(table.names, table.units)
-    for index, (quantity, unit) in meanings.items():
+    quantities_and_units = vocabulary.quantities_and_units(table.names, table.units)
+    for index, (quantity, unit) in quantities_and_units.items():
         first_index = first_index_of_quantity.setdefault(quantity, index)
         if first_index == index:
             continue
-        numbers, twin_numbers = table.read_values([first_index, index])
-        if numbers.dtype.kind not in "iuf" or twin_numbers.dtype.kind not in "iuf":
+        numbers, other_numbers = table.read_values([first_index, index])
+        if numbers.dtype.kind not in "iuf" or other_numbers.dtype.kind not in "iuf":
             continue
-        first_unit = meanings[first_index].unit
+        first_unit = quantities_and_units[first_index].unit
         if unit == first_unit:
-            is_twin = np.array_equal(numbers, twin_numbers, equal_nan=True)
+            is_duplicate = np.array_equal(numbers, other_numbers, equal_nan=True)
         else:
-            target_units = vocabulary.quantities[quantity]
+            target_units = vocabulary.units_of_quantity[quantity]
             conversion = possible_conversion(first_unit, target_units)
-            twin_conversion = possible_conversion(unit, target_units)
-            is_twin = _are_equal_in_one_unit(numbers, conversion, twin_numbers, twin_conversion)
-        if is_twin:
+            other_conversion = possible_conversion(unit, target_units)
+            is_duplicate = _are_equal_in_one_unit(
+                numbers, conversion, other_numbers, other_conversion
+            )
+        if is_duplicate:
             notes.append(
                 f"the columns {names[first_index][:60]!r} and {names[index][:60]!r} hold the same "
                 "numbers; the first of them is used"
@@ -302,16 +326,16 @@ def _mask_of_good_rows(
         row_numbers: Row numbers in the file.
     """
     # a last row without a line end has a refusal of its own
-    is_ended = np.ones(len(row_numbers), dtype=bool)
+    has_line_end = np.ones(len(row_numbers), dtype=bool)
     if table.cut_row_cell_count:
-        is_ended[-1] = False
+        has_line_end[-1] = False
     refusals = [
         _refusal_of_unreadable_rows(
             table, numbers_of_columns, first, last, int(np.searchsorted(row_numbers, first))
         )
-        for first, last in base.unbroken_ranges(row_numbers[is_ended & ~is_readable])
+        for first, last in base.unbroken_ranges(row_numbers[has_line_end & ~is_readable])
     ]
-    is_good = is_readable & is_ended
+    is_good = is_readable & has_line_end
     if table.is_contradictory is not None:
         contradictory_row_numbers = row_numbers[is_good & table.is_contradictory]
         refusals += base.refused_ranges(
@@ -329,45 +353,48 @@ def _mask_of_good_rows(
 
 def _refusal_of_run(
     table: LoggedTable,
-    labels: Labels,
+    metadata: RunMetadata,
     row_numbers: IndexArray,
     values_of_quantity: Mapping[str, FloatArray],
     refusals: Sequence[base.Refusal],
-    form: base.TextForm,
+    dialect: base.TextDialect,
 ) -> base.Refusal | None:
     """Why a run cannot be used by its rows; the first reason that is found, None without one.
 
     Args:
         table: The table.
-        labels: What is known of the run.
+        metadata: What is known of the run.
         row_numbers: Numbers of the good rows.
         values_of_quantity: Their values by quantity.
         refusals: The refusals of the other rows.
-        form: How the text was read.
+        dialect: How the text was read.
     """
     if table.refusal:
         return table.refusal
     for refusal in refusals:
         if refusal.rule == "cut_row":
             return replace(refusal, run_id="", rule="truncated")
-    if "time" in values_of_quantity and labels.keys.get("log_kind") != base.SETTLED:
+    if (
+        "time" in values_of_quantity
+        and metadata.text_of_key.get("log_kind") != base.SETTLED_LOG_KIND
+    ):
         rate_change = _rate_change_refusal(values_of_quantity["time"], row_numbers)
         if rate_change:
             return rate_change
-    return _decimal_marks_refusal(table, refusals, form)
+    return _decimal_marks_refusal(table, refusals, dialect)
 
 
-def _understood(
-    table: LoggedTable, labels: Labels, numbers_of_column: Mapping[LoggedColumn, FloatArray]
-) -> base.Understood:
-    """How the columns and the header of a run were understood."""
+def _run_interpretation(
+    table: LoggedTable, metadata: RunMetadata, numbers_of_column: Mapping[LoggedColumn, FloatArray]
+) -> base.RunInterpretation:
+    """How the columns and the header of a run were interpreted."""
     indices_read = {column.index for column in numbers_of_column}
-    return base.Understood(
+    return base.RunInterpretation(
         columns=[column.summary(numbers) for column, numbers in numbers_of_column.items()],
         unused_names=[name for index, name in enumerate(table.names) if index not in indices_read],
-        source_of_key=labels.source_of_key,
+        source_of_key=metadata.source_of_key,
         names_with_units=_names_with_units(table),
-        statements=_statements(labels.keys),
+        statements=_statements(metadata.text_of_key),
     )
 
 
@@ -380,13 +407,13 @@ def _names_with_units(table: LoggedTable) -> tuple[str, ...]:
     return tuple(names[:_MOST_NAMES_STATED])
 
 
-def _statements(keys: Mapping[str, str]) -> tuple[str, ...]:
+def _statements(text_of_key: Mapping[str, str]) -> tuple[str, ...]:
     """Header lines as `key=text`, without oil, rig and set points; of a time stamp only the day."""
     statements: list[str] = []
-    for key, text in sorted(keys.items()):
+    for key, text in sorted(text_of_key.items()):
         if not text or key in _KEYS_WITH_COLUMN:
             continue
-        day = DATE.match(text)
+        day = DATE_PATTERN.match(text)
         value = day[0] if day else text
         statements.append(printable(f"{key[:40]}={value[:60]}"))
     return tuple(statements[:_MOST_STATED_KEYS])
@@ -416,7 +443,7 @@ def _refusal_of_unreadable_rows(
         f"rows {first_row_number} to {last_row_number}: cells are missing, too many, not numbers "
         f"or absurdly large; row {first_row_number} reads {row_text[:80]!r}"
     )
-    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).of_rows(
+    return base.Refusal("unreadable_row", reason, ROWS_ADVICE).for_rows(
         "", first_row_number, last_row_number
     )
 
@@ -437,7 +464,7 @@ def _refusal_of_cut_row(table: LoggedTable, row_number: int) -> base.Refusal:
         rule = "unterminated_row"
         reason = f"row {row_number}, the last, has no line end, so that its last number may be cut"
         advice = "End the file with a line end."
-    return base.Refusal(rule, reason, advice).of_rows("", row_number, row_number)
+    return base.Refusal(rule, reason, advice).for_rows("", row_number, row_number)
 
 
 def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Refusal | None:
@@ -471,11 +498,11 @@ def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Re
 
 
 def _decimal_marks_refusal(
-    table: LoggedTable, refusals: Sequence[base.Refusal], form: base.TextForm
+    table: LoggedTable, refusals: Sequence[base.Refusal], dialect: base.TextDialect
 ) -> base.Refusal | None:
     """A refusal if many rows are refused because they have the other decimal mark."""
-    mark = form.decimal_mark
-    if form.delimiter in ("", "comma") or table.show_row is None:
+    mark = dialect.decimal_mark
+    if dialect.delimiter in ("", "comma") or table.show_row is None:
         return None
     number_with_other_mark = r"\d\.\d" if mark == "comma" else r"\d,\d"
     refusals_with_other_mark = []
@@ -508,7 +535,7 @@ def _logged_numbers(
     return numbers_of_column
 
 
-def _converted_values(
+def _converted_numbers(
     numbers_of_column: Mapping[LoggedColumn, FloatArray],
 ) -> tuple[dict[str, FloatArray], BoolArray]:
     """Quantity -> numbers in the unit of its column; and the mask of the rows that can be used.
@@ -549,7 +576,7 @@ def as_seconds(values: Values) -> Values:
     return (values - start) / np.timedelta64(1, "s")
 
 
-def header_text(value: object) -> str:
+def text_of_value(value: object) -> str:
     """A property of a binary format as a text log would write it."""
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
@@ -558,13 +585,13 @@ def header_text(value: object) -> str:
     return str(value).strip()
 
 
-def texts_of(values: Values) -> Texts:
+def texts_of_values(values: Values) -> Texts:
     """Numbers or texts of a binary format as a text log would write them; missing ones are empty.
 
     Args:
         values: Values of a column, shape (rows,).
     """
-    code_of_row, different_values = pd.factorize(values)
+    code_of_row, distinct_values = pd.factorize(values)
     # the code of a missing value is -1
-    text_of_code = [*(header_text(value) for value in different_values.tolist()), ""]
+    text_of_code = [*(text_of_value(value) for value in distinct_values.tolist()), ""]
     return np.array(text_of_code, dtype=object)[code_of_row]

@@ -17,10 +17,10 @@ from typing import NamedTuple
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
-from oilfilm.logs.base import TextForm, UnreadableLogError, check_row_count, parse_decimal
-from oilfilm.logs.header import FULL_WIDTH, states_oil
+from oilfilm.logs.base import TextDialect, UnreadableLogError, check_row_count, parse_decimal
+from oilfilm.logs.header import FULL_WIDTH_TO_ASCII, states_oil
 from oilfilm.logs.likely_names import likely_line_of_names
-from oilfilm.logs.log_kind import Meanings, Vocabulary
+from oilfilm.logs.log_schema import QuantitiesAndUnits, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
 _BLANK_DELIMITER = " "
@@ -83,10 +83,10 @@ class _NameLine:
     names: list[str]
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for any text."""
-    head = text_rows.without_zero_blocks(head)
-    text = text_rows.normalised(head).decode("utf-8", "replace")
+    first_bytes = text_rows.without_zero_blocks(first_bytes)
+    text = text_rows.normalised(first_bytes).decode("utf-8", "replace")
     letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
     control_letters = [
         letter for letter in letters if not (letter.isprintable() or letter.isspace())
@@ -100,25 +100,25 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     encoding = text_rows.encoding_of(content)
     text = text_rows.normalised(content, encoding)
     check_row_count(max(text_rows.count_rows(text) - 1, 0))
-    first_form, first_table = _table(text, encoding, vocabulary)
+    first_dialect, first_table = _table(text, encoding, vocabulary)
     texts_of_blocks = _texts_of_blocks(text, vocabulary)
     if len(texts_of_blocks) < 2:
-        return first_form, [first_table]
+        return first_dialect, [first_table]
     tables_of_blocks = [
         _table(text_of_block, encoding, vocabulary)[1] for text_of_block in texts_of_blocks
     ]
     names = base.distinct_names(
         f"block{number}" for number, _ in enumerate(texts_of_blocks, start=1)
     )
-    return first_form, [
-        replace(table, run_name=name, keys=keys)
-        for table, name, keys in zip(
-            tables_of_blocks, names, _keys_of_blocks(tables_of_blocks), strict=True
+    return first_dialect, [
+        replace(table, run_name=name, text_of_key=text_of_key)
+        for table, name, text_of_key in zip(
+            tables_of_blocks, names, _header_of_blocks(tables_of_blocks), strict=True
         )
     ]
 
 
-def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm, LoggedTable]:
+def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextDialect, LoggedTable]:
     """How a text with one line of names is written, and its table.
 
     Args:
@@ -138,8 +138,8 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         _refuse_row_above_names(head)
         body, start_of_rows = _without_comments(text, head)
         row_count = text_rows.count_rows(body, start_of_rows)
-        meanings = vocabulary.meanings(head.names, head.units)
-        stamp_indices = _stamp_indices(head, meanings)
+        quantities_and_units = vocabulary.quantities_and_units(head.names, head.units)
+        stamp_indices = _stamp_indices(head, quantities_and_units)
     except ValueError as error:
         encoding_in_words = "" if encoding == "ascii" else f"; read as {encoding}"
         raise UnreadableLogError(
@@ -150,16 +150,19 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         head.units[stamp_indices[0]] = "s"
     body, delimiter, start_of_rows = _rows_with_plain_cells(body, head, start_of_rows)
     decimal_mark, group_mark = _decimal_and_group_mark(
-        head, delimiter, meanings.keys() - stamp_indices
+        head, delimiter, quantities_and_units.keys() - stamp_indices
     )
-    keys = _header_keys(head.header_lines, head.delimiter)
-    may_grow = "time" in vocabulary.required and keys.get("log_kind") != base.SETTLED
+    text_of_key = _text_of_header_key(head.header_lines, head.delimiter)
+    may_grow = (
+        "time" in vocabulary.required_quantities
+        and text_of_key.get("log_kind") != base.SETTLED_LOG_KIND
+    )
     body, notes = _with_line_end(body, start_of_rows, delimiter, len(head.names), may_grow=may_grow)
     text_table = text_rows.TextTable(
         body, len(head.names), delimiter, decimal_mark, group_mark, stamp_indices, start_of_rows
     )
-    logged = LoggedTable(
-        keys,
+    logged_table = LoggedTable(
+        text_of_key,
         head.names,
         head.units,
         text_table.numbers,
@@ -170,7 +173,7 @@ def _table(text: bytes, encoding: str, vocabulary: Vocabulary) -> tuple[TextForm
         notes=notes,
         decimal_mark=decimal_mark,
     )
-    return TextForm.from_marks(encoding, head.delimiter, decimal_mark), logged
+    return TextDialect.from_marks(encoding, head.delimiter, decimal_mark), logged_table
 
 
 def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
@@ -187,7 +190,7 @@ def _texts_of_blocks(text: bytes, vocabulary: Vocabulary) -> list[bytes]:
     while end_of_line_above >= 0:
         start = _start_of_header(text, end_of_line_above + 1, head)
         has_header = start < end_of_line_above + 1
-        if has_header or not _time_goes_on(text, end_of_line_above + 1, head, vocabulary):
+        if has_header or not _is_time_rising(text, end_of_line_above + 1, head, vocabulary):
             starts.append(start)
         end_of_line_above = text.find(b"\n" + line_of_names, end_of_line_above + 1)
     return [text[start:stop] for start, stop in pairwise([*starts, len(text)])]
@@ -293,11 +296,11 @@ def _is_row_above_names(line: str, head: _Head) -> bool:
     return len(cells) == len(head.names) and (is_number[0] or all(cells))
 
 
-def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
+def _is_time_rising(text: bytes, start_of_names: int, head: _Head, vocabulary: Vocabulary) -> bool:
     """Whether time rises from the row above a repeated line of names to the row below it."""
-    meanings = vocabulary.meanings(head.names, head.units)
+    quantities_and_units = vocabulary.quantities_and_units(head.names, head.units)
     time_index = next(
-        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+        (index for index, (quantity, _) in quantities_and_units.items() if quantity == "time"), None
     )
     if time_index is None:
         return False
@@ -325,18 +328,18 @@ def _time_goes_on(text: bytes, start_of_names: int, head: _Head, vocabulary: Voc
         return times[1] > times[0]
 
 
-def _keys_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
+def _header_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
     """Header keys of each block; those that only the first block gives hold for all blocks."""
-    keys_of_other_blocks = {key for table in tables[1:] for key in table.keys}
+    keys_in_other_blocks = {key for table in tables[1:] for key in table.text_of_key}
     # the oil is one key, whatever its lines are called
-    has_oil_in_other_blocks = any(states_oil(table.keys) for table in tables[1:])
-    keys_of_file = {
+    has_oil_in_other_blocks = any(states_oil(table.text_of_key) for table in tables[1:])
+    text_of_file_key = {
         key: text
-        for key, text in tables[0].keys.items()
-        if key not in keys_of_other_blocks
+        for key, text in tables[0].text_of_key.items()
+        if key not in keys_in_other_blocks
         and not (has_oil_in_other_blocks and states_oil({key: text}))
     }
-    return [keys_of_file | dict(table.keys) for table in tables]
+    return [text_of_file_key | dict(table.text_of_key) for table in tables]
 
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
@@ -363,7 +366,7 @@ def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
     beginning = text[: text_rows.HEAD_BYTES].decode("utf-8", "replace")
     # tested first: most logs are ASCII, and to translate takes longer
     if not beginning.isascii():
-        beginning = beginning.translate(FULL_WIDTH)
+        beginning = beginning.translate(FULL_WIDTH_TO_ASCII)
     lines = beginning.split("\n", _LINES_SEARCHED)[:_LINES_SEARCHED]
     line_of_names = _line_of_names(lines, vocabulary)
     names, delimiter = line_of_names.names, line_of_names.delimiter
@@ -536,7 +539,7 @@ def _line_with_most_known_names(
 
 
 def _known_name_count(names: Sequence[str], vocabulary: Vocabulary) -> int:
-    return sum(vocabulary.meaning(name) is not None for name in names)
+    return sum(vocabulary.quantity_and_unit(name) is not None for name in names)
 
 
 def _width_between_blanks(lines: Sequence[str]) -> int:
@@ -550,7 +553,7 @@ def _width_between_blanks(lines: Sequence[str]) -> int:
 
 
 def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[str]]:
-    """The names of a line in which blanks separate them, in three readings.
+    """The names of a line in which blanks separate them, found in three ways.
 
     Each word is a name; names are separated by two blanks or a tab; words that together are a known
     name are one name.
@@ -560,18 +563,18 @@ def _names_between_blanks(line: str, vocabulary: Vocabulary) -> Iterator[list[st
     yield words
     yield [name for name in re.split(r"\s{2,}|\t", line.strip()) if name]
     names: list[str] = []
-    first_word = 0
-    while first_word < len(words):
-        word_count = _word_count_of_known_name(words[first_word:], vocabulary)
-        names.append(" ".join(words[first_word : first_word + word_count]))
-        first_word += word_count
+    first_word_index = 0
+    while first_word_index < len(words):
+        word_count = _word_count_of_known_name(words[first_word_index:], vocabulary)
+        names.append(" ".join(words[first_word_index : first_word_index + word_count]))
+        first_word_index += word_count
     yield names
 
 
 def _word_count_of_known_name(words: Sequence[str], vocabulary: Vocabulary) -> int:
     """How many of the first words are the longest known name; 1 where none is known."""
     for count in range(min(_MOST_WORDS_OF_NAME, len(words)), 1, -1):
-        if vocabulary.meaning(" ".join(words[:count])):
+        if vocabulary.quantity_and_unit(" ".join(words[:count])):
             return count
     return 1
 
@@ -623,14 +626,14 @@ def _decimal_and_group_mark(
     return "," if has_decimal_comma else ".", ""
 
 
-def _stamp_indices(head: _Head, meanings: Meanings) -> tuple[int, ...]:
+def _stamp_indices(head: _Head, quantities_and_units: QuantitiesAndUnits) -> tuple[int, ...]:
     """Indices of the columns of time stamps, see `TextTable`; empty where time is a number.
 
     Raises:
         ValueError: The time is neither a number nor a time stamp.
     """
     time_index = next(
-        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+        (index for index, (quantity, _) in quantities_and_units.items() if quantity == "time"), None
     )
     if time_index is None:
         return ()
@@ -667,13 +670,13 @@ def _is_unit_row(cells: Sequence[str], names: Sequence[str], vocabulary: Vocabul
     if any(cells[len(names) :]) or any(cell != "1" for cell in number_cells):
         return False
     units = [_bare_cell(cell) for cell in cells] + [""] * len(names)
-    meanings = vocabulary.meanings(names, [""] * len(names))
+    quantities_and_units = vocabulary.quantities_and_units(names, [""] * len(names))
     fitting_indices = [
         index
-        for index, (quantity, _) in meanings.items()
+        for index, (quantity, _) in quantities_and_units.items()
         if vocabulary.is_convertible(quantity, units[index])
     ]
-    if len(fitting_indices) > len(meanings) / 2:
+    if len(fitting_indices) > len(quantities_and_units) / 2:
         return True
     # in a log of another kind only some units fit; its message must not be that units are missing
     has_long_unit = any(len(units[index]) > 1 for index in fitting_indices)
@@ -693,14 +696,14 @@ def _bare_cell(cell: str) -> str:
     return cell.strip('[]() "')
 
 
-def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
+def _text_of_header_key(lines: Sequence[str], delimiter: str) -> dict[str, str]:
     """Header keys from `key: value` lines above the names, with or without `#`.
 
     The mark between key and value is the first of `:`, `=` and the delimiter. Two values of one key
     are joined: what needs this key refuses the log.
     """
     marks = {":", "=", delimiter} - {_BLANK_DELIMITER}
-    keys: dict[str, str] = {}
+    text_of_key: dict[str, str] = {}
     for line in lines:
         text = line.strip().lstrip("#").strip()
         marks_of_line = [mark for mark in marks if mark in text]
@@ -711,7 +714,7 @@ def _header_keys(lines: Sequence[str], delimiter: str) -> dict[str, str]:
         surplus = f'"{delimiter} \t'
         key = plain_key(key).strip(surplus)
         value = value.strip(surplus)
-        if keys.get(key, value) != value:
-            value = f"{keys[key]} / {value}"
-        keys[key] = value
-    return keys
+        if text_of_key.get(key, value) != value:
+            value = f"{text_of_key[key]} / {value}"
+        text_of_key[key] = value
+    return text_of_key

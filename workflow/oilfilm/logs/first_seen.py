@@ -10,14 +10,14 @@ from pathlib import Path
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
-from oilfilm.logs.raw_files import joined_names, listing_text
+from oilfilm.logs.raw_files import listing_text, names_in_words
 
 # So many digits of a sha256 tell any two logs of a campaign apart.
 _DIGITS_SHOWN = 16
 _LINE = re.compile(r"(?P<digest>[0-9a-f]{64})  (?P<log>data/raw/.+)")
 
 
-class FirstSeen:
+class FirstSeenDigests:
     """The listing of a campaign, which `sha256sum -c` reads: one line per log, never changed.
 
     Args:
@@ -52,12 +52,12 @@ class FirstSeen:
         Args:
             logs: Paths of the logs that are there now.
         """
-        missing = sorted(self._digest_of_log.keys() - set(logs))
-        if not missing:
+        missing_logs = sorted(self._digest_of_log.keys() - set(logs))
+        if not missing_logs:
             return ""
         return (
-            f"{len(missing)} logs that an earlier run has read are gone: "
-            f"{joined_names(missing)}. Put "
+            f"{len(missing_logs)} logs that an earlier run has read are gone: "
+            f"{names_in_words(missing_logs)}. Put "
             "them back; if they are not meant to be there, take their lines out of "
             f"{self._path}."
         )

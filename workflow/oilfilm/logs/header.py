@@ -14,18 +14,18 @@ from oilfilm.base.units import Conversion, possible_conversion
 from oilfilm.logs.base import (
     LARGEST_READING,
     LOAD_KEYS,
-    SET_POINT_UNITS,
+    QUANTITY_AND_UNIT_OF_SET_POINT,
     Refusal,
-    expected_set_point,
-    is_set_point,
+    is_in_set_point_range,
     parse_decimal,
+    set_point_range_in_words,
 )
 from oilfilm.settings.resolved import Settings
 
 FORMAT_ADVICE = "data/raw/README.md describes the format."
 
 # Chinese input methods write full-width characters in place of these.
-FULL_WIDTH = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
+FULL_WIDTH_TO_ASCII = str.maketrans("\uff1a\uff1d\uff08\uff09\uff3b\uff3d", ":=()[]")
 # Text of a unit as `plain_key` leaves it -> the unit.
 UNIT_BY_PLAIN_KEY = {
     "gpa": "GPa",
@@ -49,9 +49,9 @@ UNIT_BY_PLAIN_KEY = {
     "degf": "degF",
     "\N{DEGREE SIGN}f": "degF",
 }
-# A number whose mark may be one between thousands, or the decimal mark.
+# A number whose only mark may be a decimal mark or one between thousands, as 1.250.
 _NUMBER_WITH_ONE_GROUP = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
-# No test is hotter or faster: a number with a mark between thousands that would be is none.
+# No test is hotter or faster. A larger number has no mark between thousands.
 _LARGEST_LIKELY_SET_POINT = {"inlet_temperature_c": 1000.0, "entrainment_speed_m_s": 1000.0}
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 # Two words with a larger similarity (ratio of `difflib`) are one word that is misspelt: less than
@@ -59,25 +59,25 @@ _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
 _SIMILARITY_OF_MISSPELLING = 0.75
 # Shorter names are similar to too many words.
 _SHORTEST_NAME_COMPARED = 6
-# Keys under which logs name their oil, beside words such as `name` and `type`.
-_OIL_KEYS = frozenset(
+# Words for an oil in the key of a header line, and words that may be beside them.
+_WORDS_FOR_OIL = frozenset(
     "oil lubricant lube fluid grease öl oel prüföl schmierstoff huile lubrifiant aceite lubricante "
     "olio lubrificante масло 油 油样 油品 润滑油 试验油 潤滑油 試験油 윤활유".split()
 )
-_OIL_WORDS = frozenset("name id type test tested code no number".split())
+_WORDS_BESIDE_OIL = frozenset("name id type test tested code no number".split())
 
 
-def split_unit(name: str) -> tuple[str, str]:
+def split_bracketed_unit(name: str) -> tuple[str, str]:
     """A name without the unit in brackets at its end, and that unit; empty where there is none.
 
     Examples:
-        >>> split_unit("load [N]")
+        >>> split_bracketed_unit("load [N]")
         ('load', 'N')
-        >>> split_unit("load")
+        >>> split_bracketed_unit("load")
         ('load', '')
     """
     # no regular expression: a name with very many brackets would take hours
-    name = name.translate(FULL_WIDTH)
+    name = name.translate(FULL_WIDTH_TO_ASCII)
     if not name.endswith(("]", ")")):
         return name, ""
     after_earlier_brackets = 1 + max(name.rfind("]", 0, -1), name.rfind(")", 0, -1))
@@ -89,8 +89,8 @@ def split_unit(name: str) -> tuple[str, str]:
     return name[:opening].rstrip(" \t_"), name[opening + 1 : -1]
 
 
-def named_keys(
-    logged: Mapping[str, str], settings: Settings, decimal_mark: str = "."
+def project_header(
+    text_of_logged_key: Mapping[str, str], settings: Settings, decimal_mark: str = "."
 ) -> dict[str, str]:
     """Key of the project -> text, from header lines: set points in its units, the oil by its id.
 
@@ -101,38 +101,48 @@ def named_keys(
     a number nor an oil, and the log is refused.
 
     Args:
-        logged: Key of the log, as `plain_key` makes it -> text of the line.
+        text_of_logged_key: Key of the log, as `plain_key` makes it -> text of the line.
         settings: Settings with the names of keys under `header` and the aliases of oils.
         decimal_mark: Decimal mark of the log.
     """
     key_by_name = key_by_listed_name(settings)
-    keys: dict[str, str] = {}
-    for logged_key, text in logged.items():
+    text_of_key: dict[str, str] = {}
+    for logged_key, text in text_of_logged_key.items():
         key, project_text = project_key_and_text(logged_key, text, key_by_name, decimal_mark)
         if key == "oil":
             project_text = oil_id(project_text, settings)
-        if keys.get(key, project_text) != project_text:
-            project_text = f"{keys[key]} / {project_text}"
-        keys[key] = project_text
-    oil_texts = [oil_id(text, settings) for key, text in keys.items() if oil_key({key: text})]
+        if text_of_key.get(key, project_text) != project_text:
+            project_text = f"{text_of_key[key]} / {project_text}"
+        text_of_key[key] = project_text
+    oil_texts = [
+        oil_id(text, settings) for key, text in text_of_key.items() if other_oil_key({key: text})
+    ]
     if oil_texts:
-        stated_oil = keys.get("oil", oil_texts[0])
+        stated_oil = text_of_key.get("oil", oil_texts[0])
         # other texts describe the oil: `oil_type: mineral`
         known_oils = set(settings.oil_id_by_name.values())
         other_oils = [text for text in dict.fromkeys(oil_texts) if text in known_oils]
-        keys["oil"] = " / ".join(dict.fromkeys([stated_oil, *other_oils]))
-    return keys
+        text_of_key["oil"] = " / ".join(dict.fromkeys([stated_oil, *other_oils]))
+    return text_of_key
 
 
-def keys_of_part(keys_of_file: Mapping[str, str], own_keys: Mapping[str, str]) -> dict[str, str]:
-    """Header keys of a part of a file: its own, then those of the file.
+def header_of_part(
+    text_of_file_key: Mapping[str, str], text_of_own_key: Mapping[str, str]
+) -> dict[str, str]:
+    """Header key -> text for a part of a file: the header of the file, then its own header lines.
 
-    The oil of the part is in place of that of the file, whatever the lines are called.
+    The oil of the part replaces that of the file, whatever the lines are called.
+
+    Args:
+        text_of_file_key: Header key of the file -> its text.
+        text_of_own_key: Header key of the part itself -> its text.
     """
-    keys = dict(keys_of_file)
-    if states_oil(own_keys):
-        keys = {key: text for key, text in keys.items() if not states_oil({key: text})}
-    return keys | dict(own_keys)
+    text_of_key = dict(text_of_file_key)
+    if states_oil(text_of_own_key):
+        text_of_key = {
+            key: text for key, text in text_of_key.items() if not states_oil({key: text})
+        }
+    return text_of_key | dict(text_of_own_key)
 
 
 def key_by_listed_name(settings: Settings) -> dict[str, str]:
@@ -144,14 +154,16 @@ def key_by_listed_name(settings: Settings) -> dict[str, str]:
     return key_by_name
 
 
-def header_keys(named: Mapping[str, str], settings: Settings) -> dict[str, str]:
-    """Key of the project -> text, with the rig or oil of a campaign that has only one."""
-    keys = dict(named)
+def with_default_rig_and_oil(
+    text_of_project_key: Mapping[str, str], settings: Settings
+) -> dict[str, str]:
+    """Key of the project -> text. A campaign with one rig, or one oil, needs no line for it."""
+    text_of_key = dict(text_of_project_key)
     if len(settings.rigs) == 1:
-        keys.setdefault("rig", next(iter(settings.rigs)))
+        text_of_key.setdefault("rig", next(iter(settings.rigs)))
     if len(settings.oils) == 1:
-        keys.setdefault("oil", next(iter(settings.oils)))
-    return keys
+        text_of_key.setdefault("oil", next(iter(settings.oils)))
+    return text_of_key
 
 
 def project_key_and_text(
@@ -175,7 +187,7 @@ def project_key_and_text(
         set_point_key = "max_hertz_pressure_gpa"
     # without a unit `load` may be anything
     if not unit_of_key and not conversion_to_set_point(set_point_key, unit_of_text):
-        bare_key, _ = split_unit(logged_key)
+        bare_key, _ = split_bracketed_unit(logged_key)
         key = key_by_name.get(logged_key) or key_by_name.get(bare_key) or logged_key
         return key, text
     try:
@@ -184,7 +196,9 @@ def project_key_and_text(
         return set_point_key, text
     conversion = conversion_to_set_point(set_point_key, unit)
     is_ambiguous = not decimal_mark or decimal_mark not in digits
-    if conversion is None or (is_ambiguous and _two_readings(set_point_key, digits, conversion)):
+    if conversion is None or (
+        is_ambiguous and _two_possible_numbers(set_point_key, digits, conversion)
+    ):
         return set_point_key, text if unit_of_text else f"{text} {unit_of_key}"
     if text == digits and "," not in text and conversion.scale == 1 and conversion.offset == 0:
         return set_point_key, text
@@ -198,9 +212,9 @@ def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> 
     The unit is in brackets or in the key. A name that the campaign file lists, and the key of the
     project, are in the unit of the key.
     """
-    bare_key, text_in_brackets = split_unit(logged_key)
+    bare_key, text_in_brackets = split_bracketed_unit(logged_key)
     unit_in_brackets = UNIT_BY_PLAIN_KEY.get(text_in_brackets, text_in_brackets)
-    for set_point_key, (quantity, set_point_unit) in SET_POINT_UNITS.items():
+    for set_point_key, (quantity, set_point_unit) in QUANTITY_AND_UNIT_OF_SET_POINT.items():
         if set_point_key in (logged_key, key_by_name.get(logged_key)):
             # brackets may be a part of a name that the campaign file lists
             return set_point_key, unit_in_brackets if unit_in_brackets and conversion_to_set_point(
@@ -219,7 +233,7 @@ def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> 
     return "", ""
 
 
-def _two_readings(
+def _two_possible_numbers(
     set_point_key: str, digits: str, conversion: Conversion
 ) -> tuple[float, float] | None:
     """A number with its mark between thousands, and with a decimal mark; None where only one fits.
@@ -234,13 +248,13 @@ def _two_readings(
     grouped_number = float(digits.replace(",", "").replace(".", ""))
     set_point = conversion.scale * grouped_number + conversion.offset
     largest_likely = _LARGEST_LIKELY_SET_POINT.get(set_point_key, LARGEST_READING)
-    if set_point > largest_likely or not is_set_point(set_point_key, set_point):
+    if set_point > largest_likely or not is_in_set_point_range(set_point_key, set_point):
         return None
     return grouped_number, parse_decimal(digits)
 
 
-def expected_text(set_point_key: str, text: str) -> str:
-    """What is expected in place of a text that gives no set point, for a message.
+def expectation_in_words(set_point_key: str, text: str) -> str:
+    """What is expected in place of a text that gives no set point, in words for a message.
 
     Args:
         set_point_key: Key of the set point.
@@ -248,10 +262,10 @@ def expected_text(set_point_key: str, text: str) -> str:
     """
     digits, unit = number_and_unit(text)
     conversion = conversion_to_set_point(set_point_key, unit)
-    readings = _two_readings(set_point_key, digits, conversion) if conversion else None
-    if readings is None:
-        return expected_set_point(set_point_key)
-    with_group, with_decimals = readings
+    numbers = _two_possible_numbers(set_point_key, digits, conversion) if conversion else None
+    if numbers is None:
+        return set_point_range_in_words(set_point_key)
+    with_group, with_decimals = numbers
     return (
         f"{with_group:.12g} or {with_decimals:.12g} (in {unit}), without a mark between thousands: "
         "it may be either number"
@@ -263,7 +277,7 @@ def conversion_to_set_point(set_point_key: str, unit: str) -> Conversion | None:
     unit = UNIT_BY_PLAIN_KEY.get(plain_key(unit), unit)
     if not set_point_key or not unit:
         return None
-    _, set_point_unit = SET_POINT_UNITS[set_point_key]
+    _, set_point_unit = QUANTITY_AND_UNIT_OF_SET_POINT[set_point_key]
     return possible_conversion(unit, (set_point_unit,))
 
 
@@ -281,48 +295,50 @@ def oil_id(text: str, settings: Settings) -> str:
     id_by_name = settings.oil_id_by_name
     if plain_key(text) in id_by_name:
         return id_by_name[plain_key(text)]
-    ids = [id_by_name.get(plain_key(name), name) for name in text.split(" / ")]
-    return " / ".join(dict.fromkeys(ids))
+    oil_ids = [id_by_name.get(plain_key(name), name) for name in text.split(" / ")]
+    return " / ".join(dict.fromkeys(oil_ids))
 
 
-def oil_key(keys: Mapping[str, str]) -> str | None:
+def other_oil_key(text_of_key: Mapping[str, str]) -> str | None:
     """The key of a header line that names the oil, other than `oil`; None without one."""
-    for key, text in keys.items():
-        words = frozenset(key.split("_")) - _OIL_WORDS
-        if key != "oil" and text and len(words) == 1 and words <= _OIL_KEYS:
+    for key, text in text_of_key.items():
+        words = frozenset(key.split("_")) - _WORDS_BESIDE_OIL
+        if key != "oil" and text and len(words) == 1 and words <= _WORDS_FOR_OIL:
             return key
     return None
 
 
-def states_oil(keys: Mapping[str, str]) -> bool:
+def states_oil(text_of_key: Mapping[str, str]) -> bool:
     """Whether a header line names the oil, as `oil` or by another word."""
-    return "oil" in keys or oil_key(keys) is not None
+    return "oil" in text_of_key or other_oil_key(text_of_key) is not None
 
 
-def misspelt_key_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+def misspelt_key_problem(text_of_key: Mapping[str, str], settings: Settings) -> Refusal | None:
     """The refusal of a key that looks like a misspelt one, of a set point that has no value.
 
     Values come from the log or the campaign file.
     """
-    keys_with_value = set(keys) | set(settings.campaign.set_points.model_dump(exclude_none=True))
+    keys_with_value = set(text_of_key) | set(
+        settings.campaign.set_points.model_dump(exclude_none=True)
+    )
     # the load has one set point, as force or as pressure
     if keys_with_value & LOAD_KEYS:
         keys_with_value |= LOAD_KEYS
     # it may be the only oil of the campaign, not one that the log names
     keys_with_value.discard("oil")
     key_by_name: dict[str, str] = {}
-    for key, (quantity, _) in SET_POINT_UNITS.items():
+    for key, (quantity, _) in QUANTITY_AND_UNIT_OF_SET_POINT.items():
         key_by_name[key] = key
         key_by_name[quantity] = key
     for name, key in key_by_listed_name(settings).items():
-        if key == "oil" or key in SET_POINT_UNITS:
+        if key == "oil" or key in QUANTITY_AND_UNIT_OF_SET_POINT:
             key_by_name[name] = key
     for name, key in key_by_name.items():
         if key in keys_with_value:
             continue
-        for logged_key, text in keys.items():
+        for logged_key, text in text_of_key.items():
             lacks_unit = logged_key == name and number_and_unit(text)[0] != ""
-            bare_key, _ = split_unit(logged_key)
+            bare_key, _ = split_bracketed_unit(logged_key)
             if lacks_unit or _is_misspelling(bare_key, name):
                 return _unknown_key_problem(logged_key, key if lacks_unit else name)
     return None
@@ -340,7 +356,7 @@ def _unknown_key_problem(logged_key: str, meant_key: str) -> Refusal:
 def _is_misspelling(written: str, meant: str) -> bool:
     """Whether a name has as many words as the meant one, each similar to its counterpart.
 
-    A short name is none.
+    A short name is no misspelling of another.
 
     Examples:
         >>> _is_misspelling("entrainement_speed_m_s", "entrainment_speed_m_s")
@@ -362,16 +378,18 @@ def _is_misspelling(written: str, meant: str) -> bool:
     )
 
 
-def unknown_name_problem(key: str, keys: Mapping[str, str], names: Iterable[str]) -> Refusal | None:
+def unknown_name_problem(
+    key: str, text_of_key: Mapping[str, str], names: Iterable[str]
+) -> Refusal | None:
     """Why the oil or the rig in a log's header cannot be used; None where it can.
 
     Args:
         key: `oil` or `rig`.
-        keys: Header keys of the log.
+        text_of_key: Header keys of the log.
         names: The oils or rigs of the campaign.
     """
     names_in_words = ", ".join(names)
-    if key not in keys:
+    if key not in text_of_key:
         return Refusal(
             "header",
             f"the header has no line `# {key}: ...` and no property `{key}`; the campaign has "
@@ -379,19 +397,19 @@ def unknown_name_problem(key: str, keys: Mapping[str, str], names: Iterable[str]
             f"Add it, name the {key} in the run sheet, or list the log's own key under "
             f"`header: {key}` of the campaign file. {FORMAT_ADVICE}",
         )
-    if keys[key] in names:
+    if text_of_key[key] in names:
         return None
     advice_on_alias = ", list the name under `oil_aliases`" if key == "oil" else ""
     return Refusal(
         f"unknown_{key}",
-        f"the header says {key} {keys[key][:60]!r}; the campaign knows {names_in_words}",
+        f"the header says {key} {text_of_key[key][:60]!r}; the campaign knows {names_in_words}",
         f"Correct the header{advice_on_alias} or add the {key} to the campaign file.",
     )
 
 
-def simulation_problem(keys: Mapping[str, str], settings: Settings) -> Refusal | None:
+def simulation_problem(text_of_key: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why a simulated log cannot be used in a campaign of measured logs; None where it can."""
-    if keys.get("simulated", "no") == "no" or settings.campaign.data != "measured":
+    if text_of_key.get("simulated", "no") == "no" or settings.campaign.data != "measured":
         return None
     return Refusal(
         "simulated_log",

@@ -31,9 +31,9 @@ from oilfilm.logs import (
     workbook,
 )
 from oilfilm.logs.columns import ROWS_ADVICE, read_tables
-from oilfilm.logs.log_kind import LogKind, Vocabulary
+from oilfilm.logs.log_schema import LogSchema, Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
-from oilfilm.logs.raw_files import LARGEST_LOG, TOO_LITTLE_MEMORY, read_beginning
+from oilfilm.logs.raw_files import LARGEST_LOG_BYTES, TOO_LITTLE_MEMORY, read_beginning
 from oilfilm.logs.run_sheet import NO_SHEET, RunSheet
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolved import Settings
@@ -44,7 +44,7 @@ from oilfilm.tables.samples_content import digests_of_runs
 class Reader(Protocol):
     """A module that reads one format."""
 
-    def recognises(self, head: bytes) -> bool:
+    def recognises(self, first_bytes: bytes) -> bool:
         """True where the first bytes of a file look like this format."""
         ...
 
@@ -84,11 +84,11 @@ BINARY_FORMATS = frozenset({"tdms", "parquet", "xlsx", "ods", "mat"})
 
 def recognised_format(content: bytes) -> str | None:
     """The name of the format of a file's bytes; None where no reader recognises them."""
-    head = content[:4096]
-    is_spreadsheet = workbook.recognises(head) or opendocument.recognises(head)
-    if head.startswith(tuple(DESCRIPTION_OF_FIRST_BYTES)) and not is_spreadsheet:
+    first_bytes = content[:4096]
+    is_spreadsheet = workbook.recognises(first_bytes) or opendocument.recognises(first_bytes)
+    if first_bytes.startswith(tuple(DESCRIPTION_OF_FIRST_BYTES)) and not is_spreadsheet:
         return None
-    return next((name for name, reader in READERS.items() if reader.recognises(head)), None)
+    return next((name for name, reader in READERS.items() if reader.recognises(first_bytes)), None)
 
 
 _LONGEST_LABEL = 200
@@ -100,39 +100,39 @@ _CODEC_OF_FIRST_BYTES = {b"\x1f\x8b": "gzip", b"\x28\xb5\x2f\xfd": "zstd"}
 
 
 @dataclass(frozen=True)
-class ReadLog:
-    """How one raw file was understood.
+class LogSummary:
+    """How one raw file was read.
 
     Attributes:
         file: Name of the log.
         format_name: Name of its format; `none` where it is not known.
-        form: How its text is written.
+        dialect: How its text is written.
         row_count: Number of its data rows, good and bad.
-        understood_of_run: Id of a run -> how its columns and header were understood.
+        interpretation_of_run: Id of a run -> how its columns and header were interpreted.
     """
 
     file: str
     format_name: str
-    form: base.TextForm
+    dialect: base.TextDialect
     row_count: int
-    understood_of_run: Mapping[str, base.Understood]
+    interpretation_of_run: Mapping[str, base.RunInterpretation]
 
 
 @dataclass(frozen=True)
-class Ingested:
+class IngestedLogs:
     """The content of some raw files of a campaign.
 
     Attributes:
         samples_of_oil: Name of an oil -> table of the samples of its runs.
         runs: Table of runs.
         quarantine: Table of quarantine.
-        logs: How each file was understood.
+        logs: How each file was read.
     """
 
     samples_of_oil: dict[str, pd.DataFrame]
     runs: pd.DataFrame
     quarantine: pd.DataFrame
-    logs: list[ReadLog]
+    logs: list[LogSummary]
 
     def all_samples(self) -> pd.DataFrame:
         """The samples of all oils, the rows of a run together."""
@@ -145,20 +145,20 @@ class Ingested:
 def ingest_logs(
     logs: Iterable[tuple[str, bytes]],
     settings: Settings,
-    kind: LogKind = TRACTION,
+    log_schema: LogSchema = TRACTION,
     sheet: RunSheet = NO_SHEET,
     keep_run: Callable[[base.LoggedRun], None] | None = None,
-    known_digests: Mapping[str, str] | None = None,
-) -> Ingested:
+    digest_of_log: Mapping[str, str] | None = None,
+) -> IngestedLogs:
     """Read raw logs into samples, runs and quarantine.
 
     Args:
         logs: Name and bytes of each log.
         settings: The settings.
-        kind: The kind of log.
+        log_schema: What logs of this kind of rig may hold.
         sheet: The run sheet; it overrides the headers of the logs.
         keep_run: Called with one run after the other. Without it the samples are returned.
-        known_digests: Name of a log -> its sha256, where it is known already.
+        digest_of_log: Name of a log -> its sha256, where it is known already.
 
     Raises:
         OilfilmError: Runs of two logs have the same name.
@@ -168,44 +168,46 @@ def ingest_logs(
     run_rows: list[dict[str, Any]] = []
     quarantine_rows: list[dict[str, Any]] = []
     file_of_run: dict[str, str] = {}
-    read_logs: list[ReadLog] = []
+    log_summaries: list[LogSummary] = []
     for file, content in logs:
-        format_name, reading = read_log(content, file, settings, kind, sheet)
-        understood_of_run = {run.run_id: run.understood for run in reading.runs}
-        read_logs.append(
-            ReadLog(file, format_name, reading.form, reading.row_count, understood_of_run)
+        format_name, parsed_log = read_log(content, file, settings, log_schema, sheet)
+        interpretation_of_run = {run.run_id: run.interpretation for run in parsed_log.runs}
+        log_summaries.append(
+            LogSummary(
+                file, format_name, parsed_log.dialect, parsed_log.row_count, interpretation_of_run
+            )
         )
-        digest = (known_digests or {}).get(file) or hashlib.sha256(content).hexdigest()
+        digest = (digest_of_log or {}).get(file) or hashlib.sha256(content).hexdigest()
         columns_of_file = {
             "campaign": settings.campaign.name,
             "file": file,
             "sha256": digest,
-            "content_sha256": reading.unpacked_sha256 or digest,
+            "content_sha256": parsed_log.unpacked_sha256 or digest,
             "reader": format_name,
-            **asdict(reading.form),
+            **asdict(parsed_log.dialect),
         }
-        for run in reading.runs:
+        for run in parsed_log.runs:
             other_file = file_of_run.setdefault(run.run_id, file)
             if other_file != file:
                 raise OilfilmError(
                     f"{file}: its run gets the name {run.run_id!r}, which a run of {other_file} "
                     "has already. Rename the file."
                 )
-            run_rows.append(columns_of_file | _row_of_runs(run, reading.refusals))
+            run_rows.append(columns_of_file | _run_row(run, parsed_log.refusals))
             if keep_run is None:
                 runs_of_oil[run.oil_name].append(run)
             else:
                 keep_run(run)
-        oil_of_run = {run.run_id: run.oil_name for run in reading.runs}
-        quarantine_rows += _quarantine_rows(reading.refusals, file, oil_of_run, settings)
+        oil_of_run = {run.run_id: run.oil_name for run in parsed_log.runs}
+        quarantine_rows += _quarantine_rows(parsed_log.refusals, file, oil_of_run, settings)
     quarantine_rows += _quarantine_rows(sheet.remarks, sheet.name, {}, settings)
-    return Ingested(
+    return IngestedLogs(
         samples_of_oil={
             oil_name: _table_of_samples(runs) for oil_name, runs in runs_of_oil.items()
         },
         runs=tables.from_rows(run_rows, "runs"),
         quarantine=tables.from_rows(quarantine_rows, "quarantine"),
-        logs=read_logs,
+        logs=log_summaries,
     )
 
 
@@ -221,7 +223,7 @@ def _quarantine_rows(
 
 
 @contextmanager
-def sample_files(
+def open_sample_files(
     path_of_oil: Mapping[str, Path], provenance: Mapping[str, Any]
 ) -> Iterator[Callable[[base.LoggedRun], None]]:
     """Write the samples of runs one after the other: memory does not grow with their number.
@@ -293,16 +295,16 @@ def read_log(
     content: bytes,
     file: str,
     settings: Settings,
-    kind: LogKind = TRACTION,
+    log_schema: LogSchema = TRACTION,
     sheet: RunSheet = NO_SHEET,
-) -> tuple[str, base.Reading]:
+) -> tuple[str, base.ParsedLog]:
     """The name of the format of a file, and what the file holds.
 
     Args:
         content: The bytes of the file.
         file: Its name, unique among the logs.
         settings: The settings.
-        kind: The kind of log.
+        log_schema: What logs of this kind of rig may hold.
         sheet: The run sheet.
 
     Raises:
@@ -313,26 +315,32 @@ def read_log(
         unpacked = unpack(content)
         format_name = recognised_format(unpacked) or format_name
         tables_of_file = _tables_of_file(
-            format_name, unpacked, kind.vocabulary_of(settings.campaign)
+            format_name, unpacked, log_schema.campaign_vocabulary(settings.campaign)
         )
-        reading = _without_absurd_rows(read_tables(tables_of_file, file, settings, kind, sheet))
-        if not reading.runs and not reading.refusals:
+        parsed_log = _without_absurd_rows(
+            read_tables(tables_of_file, file, settings, log_schema, sheet)
+        )
+        if not parsed_log.runs and not parsed_log.refusals:
             reason = f"the file looks like {format_name}, but holds no row of data"
             advice = "Take it out, or export it again."
             raise base.UnreadableLogError(reason, advice, rule="no_rows")
         if unpacked is not content:
-            reading = replace(reading, unpacked_sha256=hashlib.sha256(unpacked).hexdigest())
+            parsed_log = replace(parsed_log, unpacked_sha256=hashlib.sha256(unpacked).hexdigest())
     except base.UnreadableLogError as error:
-        reading = base.Reading(error.row_count, [], [error.refusal.of_rows("", 1, error.row_count)])
-    kept_row_count = sum(len(run) for run in reading.runs)
-    refused_row_count = sum(refusal.refused_rows for refusal in reading.refusals)
-    if kept_row_count + refused_row_count != reading.row_count:
+        parsed_log = base.ParsedLog(
+            error.row_count, [], [error.refusal.for_rows("", 1, error.row_count)]
+        )
+    kept_row_count = sum(len(run) for run in parsed_log.runs)
+    refused_row_count = sum(refusal.refused_rows for refusal in parsed_log.refusals)
+    if kept_row_count + refused_row_count != parsed_log.row_count:
         raise RuntimeError(
-            f"{file}: {reading.row_count} rows, but {kept_row_count} kept and "
+            f"{file}: {parsed_log.row_count} rows, but {kept_row_count} kept and "
             f"{refused_row_count} refused"
         )
-    refusals = [replace(refusal, reason=printable(refusal.reason)) for refusal in reading.refusals]
-    return format_name, replace(reading, refusals=refusals)
+    refusals = [
+        replace(refusal, reason=printable(refusal.reason)) for refusal in parsed_log.refusals
+    ]
+    return format_name, replace(parsed_log, refusals=refusals)
 
 
 def _tables_of_file(format_name: str, content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -352,7 +360,9 @@ def _tables_of_file(format_name: str, content: bytes, vocabulary: Vocabulary) ->
             raise
         message = " ".join(str(error).split())[:200] or type(error).__name__
         reason = f"the file begins like {format_name}, but cannot be read: {message}"
-        raise base.UnreadableLogError(reason, base.COPY_AGAIN, rule="damaged_file") from error
+        raise base.UnreadableLogError(
+            reason, base.COPY_AGAIN_ADVICE, rule="damaged_file"
+        ) from error
 
 
 def _unknown_format_error(content: bytes, vocabulary: Vocabulary) -> base.UnreadableLogError:
@@ -385,14 +395,14 @@ def _row_count_among_zeros(content: bytes, vocabulary: Vocabulary) -> int:
     return sum(table.row_count for table in logged_tables)
 
 
-def _without_absurd_rows(reading: base.Reading) -> base.Reading:
-    """The reading without rows whose numbers no table may hold, such as a load of 1e6 GPa.
+def _without_absurd_rows(parsed_log: base.ParsedLog) -> base.ParsedLog:
+    """The parsed log without rows whose numbers no table may hold, such as a load of 1e6 GPa.
 
     Readers judge the cells. This function judges the numbers after conversion.
     """
     runs: list[base.LoggedRun] = []
-    refusals = list(reading.refusals)
-    for run in reading.runs:
+    refusals = list(parsed_log.refusals)
+    for run in parsed_log.runs:
         is_kept = np.ones(len(run), dtype=bool)
         for name, values in run.samples.items():
             is_absurd = is_kept & ((values >= LARGEST_NUMBER) | (values <= -LARGEST_NUMBER))
@@ -409,7 +419,7 @@ def _without_absurd_rows(reading: base.Reading) -> base.Reading:
         else:
             samples = {name: values[is_kept] for name, values in run.samples.items()}
             runs.append(replace(run, samples=samples))
-    return replace(reading, runs=runs, refusals=refusals)
+    return replace(parsed_log, runs=runs, refusals=refusals)
 
 
 def unpack(content: bytes) -> bytes:
@@ -418,8 +428,10 @@ def unpack(content: bytes) -> bytes:
     Raises:
         UnreadableLogError: The compressed stream is cut or damaged, or the log is too large.
     """
-    if len(content) > LARGEST_LOG:
-        raise base.too_large(f"the file is larger than {LARGEST_LOG // _BYTES_PER_MIB} MiB")
+    if len(content) > LARGEST_LOG_BYTES:
+        raise base.too_large_error(
+            f"the file is larger than {LARGEST_LOG_BYTES // _BYTES_PER_MIB} MiB"
+        )
     codec = ""
     for first_bytes, codec_name in _CODEC_OF_FIRST_BYTES.items():
         if content.startswith(first_bytes):
@@ -427,23 +439,29 @@ def unpack(content: bytes) -> bytes:
     if not codec:
         return content
     # a log of a rig at rest has the same row throughout and is packed to very few bytes
-    most_bytes_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
-    most_bytes = min(LARGEST_LOG, most_bytes_by_ratio)
+    most_byte_count_by_ratio = max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most_byte_count = min(LARGEST_LOG_BYTES, most_byte_count_by_ratio)
     try:
         with arrow.CompressedInputStream(arrow.BufferReader(content), codec) as stream:
-            unpacked = bytes(stream.read(most_bytes + 1))
+            unpacked = bytes(stream.read(most_byte_count + 1))
     except OSError as error:
         damage = f"the compressed file cannot be unpacked: {error}"
-        raise base.UnreadableLogError(damage, base.COPY_AGAIN, rule="damaged_archive") from error
-    if len(unpacked) > most_bytes:
-        ratio = f", its size times {base.MOST_UNPACKED_RATIO}" if most_bytes < LARGEST_LOG else ""
-        raise base.too_large(
-            f"unpacked the file has more than {most_bytes // _BYTES_PER_MIB} MiB{ratio}"
+        raise base.UnreadableLogError(
+            damage, base.COPY_AGAIN_ADVICE, rule="damaged_archive"
+        ) from error
+    if len(unpacked) > most_byte_count:
+        ratio = (
+            f", its size times {base.MOST_UNPACKED_RATIO}"
+            if most_byte_count < LARGEST_LOG_BYTES
+            else ""
+        )
+        raise base.too_large_error(
+            f"unpacked the file has more than {most_byte_count // _BYTES_PER_MIB} MiB{ratio}"
         )
     return unpacked
 
 
-def _row_of_runs(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
+def _run_row(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str, Any]:
     """A row of the table of runs, without the columns of the file.
 
     Args:
@@ -459,8 +477,8 @@ def _row_of_runs(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[
         "rig": run.rig_name,
         "log_kind": run.log_kind,
         "label": printable(run.label)[:_LONGEST_LABEL],
-        "columns": run.understood.names_with_units,
-        "stated": run.understood.statements,
+        "columns": run.interpretation.names_with_units,
+        "stated": run.interpretation.statements,
         **{f"nominal_{key}": run.set_points.get(key, np.nan) for key in base.SET_POINT_KEYS},
         "samples": len(run),
         # until curation judges the run

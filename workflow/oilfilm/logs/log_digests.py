@@ -51,7 +51,7 @@ class LogDigests:
         """
         return {name: self._digest(folder / name) for name in names}
 
-    def keep(self) -> None:
+    def save(self) -> None:
         """Write the states and digests of this run to the file, for the next run.
 
         Raises:

@@ -9,8 +9,9 @@ import numpy.typing as npt
 
 from oilfilm.base.units import BoolArray, IndexArray
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import LoggedColumn
+from oilfilm.logs.log_schema import LoggedColumn
 
+# Values of a column as its format gives them, shape (rows,): numbers, instants, durations or texts.
 Values = npt.NDArray[Any]
 # Text of each row of a column, shape (rows,).
 Texts = npt.NDArray[np.object_]
@@ -29,7 +30,7 @@ class LoggedTable:
     """A table of a log as a reader gives it: one run, or several that are told apart later.
 
     Attributes:
-        keys: Header key, as `plain_key` makes it -> its text.
+        text_of_key: Header key, as `plain_key` makes it -> text of its line.
         names: Names of all columns.
         units: Unit beside each name; empty where there is none.
         read_values: Function that gives the columns with some indices, each of shape (rows,). A
@@ -57,7 +58,7 @@ class LoggedTable:
         decimal_mark: Decimal mark of its numbers as text.
     """
 
-    keys: Mapping[str, str]
+    text_of_key: Mapping[str, str]
     names: Sequence[str]
     units: Sequence[str]
     read_values: Callable[[Sequence[int]], Sequence[Values]]
@@ -79,8 +80,11 @@ class LoggedTable:
     decimal_mark: str = "."
 
     @property
-    def sheet_names(self) -> tuple[str, ...]:
-        """Names under which a row of the run sheet holds for the run; none for the only run."""
+    def run_names(self) -> tuple[str, ...]:
+        """The name of the run, then `undivided_names`; empty where the file is one run.
+
+        A row of the run sheet holds for the run if it has one of these names.
+        """
         return (self.run_name, *self.undivided_names) if self.run_name else ()
 
     def row_numbers(self, first_row_number: int) -> IndexArray:
@@ -102,17 +106,17 @@ class LoggedTable:
         return replace(self, notes=(*self.notes, note))
 
     def select_rows(
-        self, selected_index: IndexArray, run_name: str, keys: Mapping[str, str]
+        self, selected_index: IndexArray, run_name: str, text_of_key: Mapping[str, str]
     ) -> "LoggedTable":
         """Some rows of the table as a run of their own.
 
         Args:
             selected_index: Indices of the rows, rising, shape (n,).
             run_name: Name of the run in its file.
-            keys: Header keys of the run.
+            text_of_key: Header key of the run -> text of its line.
         """
         if len(selected_index) == self.row_count:
-            return replace(self, run_name=run_name, keys=keys)
+            return replace(self, run_name=run_name, text_of_key=text_of_key)
         # a slice of an array takes no memory
         is_consecutive = int(selected_index[-1]) - int(selected_index[0]) + 1 == len(selected_index)
         selection = (
@@ -140,7 +144,7 @@ class LoggedTable:
         row_indices = np.arange(self.row_count) if self.row_indices is None else self.row_indices
         return replace(
             self,
-            keys=keys,
+            text_of_key=text_of_key,
             read_values=read_selected_values,
             row_count=len(selected_index),
             run_name=run_name,
@@ -156,5 +160,5 @@ class LoggedTable:
         )
 
 
-# What a reader finds in a file: how the text is written, and its tables.
-TablesOfFile = tuple[base.TextForm, Iterable[LoggedTable]]
+# What a reader finds in a file: the dialect of its text, and its tables.
+TablesOfFile = tuple[base.TextDialect, Iterable[LoggedTable]]

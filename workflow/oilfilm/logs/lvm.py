@@ -11,14 +11,14 @@ from itertools import pairwise
 import numpy as np
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import Refusal, TextForm, UnreadableLogError, check_lines
-from oilfilm.logs.header import FORMAT_ADVICE, keys_of_part
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.base import Refusal, TextDialect, UnreadableLogError, check_text_size
+from oilfilm.logs.header import FORMAT_ADVICE, header_of_part
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalised
 
 _TITLE = b"LabVIEW Measurement"
-# Name of the column that is the time of the channels behind it.
+# Name of a column with the time of the channels behind it.
 _X_COLUMN = "X_Value"
 _COMMENT = "Comment"
 _END_OF_HEADER = "***End_of_Header***"
@@ -39,40 +39,42 @@ class _Marks:
     decimal_mark: str
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for text that begins with the title of LVM."""
-    return normalised(head).lstrip(b" \t\n").startswith(_TITLE)
+    return normalised(first_bytes).lstrip(b" \t\n").startswith(_TITLE)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `ingest.Reader.tables`."""
-    check_lines(content)
+    check_text_size(content)
     encoding = encoding_of(content)
     text = normalised(content, encoding).decode("utf-8", "replace")
     separator_line = _SEPARATOR.search(text[:_LETTERS_SEARCHED])
     separator = separator_line[1] if separator_line else "\t"
     lines = text.removesuffix("\n").split("\n")
-    start_lines = [
-        segment_number
-        for segment_number, line in enumerate(lines)
+    start_line_indices = [
+        line_index
+        for line_index, line in enumerate(lines)
         if line.split(separator, 1)[0] == "Channels"
     ]
-    if not start_lines:
+    if not start_line_indices:
         reason = "the header does not end: no segment with a line `Channels` follows it"
         raise UnreadableLogError(reason, f"Export it again. {FORMAT_ADVICE}")
-    file_header = _cells_of_header_lines(lines[: start_lines[0]], separator)
+    file_header = _cells_of_header_lines(lines[: start_line_indices[0]], separator)
     decimal_mark = "," if _first_cell(file_header, "decimal_separator", ".") == "," else "."
     marks = _Marks(separator, decimal_mark)
     logged_tables = []
-    for segment_number, (start_line, stop_line) in enumerate(
-        pairwise([*start_lines, len(lines)]), start=1
+    for segment_number, (start_line_index, stop_line_index) in enumerate(
+        pairwise([*start_line_indices, len(lines)]), start=1
     ):
-        run_name = f"segment{segment_number}" if len(start_lines) > 1 else ""
-        is_cut = stop_line == len(lines) and not text.endswith("\n")
-        table = _table(lines[start_line:stop_line], file_header, marks, run_name, is_cut)
+        run_name = f"segment{segment_number}" if len(start_line_indices) > 1 else ""
+        is_cut = stop_line_index == len(lines) and not text.endswith("\n")
+        table = _table(
+            lines[start_line_index:stop_line_index], file_header, marks, run_name, is_cut
+        )
         if table is not None:
             logged_tables.append(table)
-    return TextForm.from_marks(encoding, separator, decimal_mark), logged_tables
+    return TextDialect.from_marks(encoding, separator, decimal_mark), logged_tables
 
 
 def _cells_of_header_lines(lines: Sequence[str], separator: str) -> CellsOfKey:
@@ -118,12 +120,12 @@ def _table(
     names = [cell.strip() for cell in lines[index_of_names].split(separator)] if has_names else []
     channel_units = segment_header.get("y_unit_label", [])
     units = ["", *channel_units, *[""] * len(names)][: len(names)]
-    cut_row_cells = 0
+    cut_row_cell_count = 0
     if is_cut:
-        cut_row_cells = row_lines[-1].count(separator) + 1
+        cut_row_cell_count = row_lines[-1].count(separator) + 1
         if names and names[-1] == _COMMENT:
             # this column need not be there
-            cut_row_cells += 1
+            cut_row_cell_count += 1
     text = "\n".join(_row_with_all_cells(row, len(names), separator) for row in row_lines)
     if not is_cut:
         text += "\n"
@@ -146,7 +148,7 @@ def _table(
         reason = f"the segment has no line `{_X_COLUMN}` with the names of its channels"
         problem = Refusal("columns", reason, FORMAT_ADVICE)
     return LoggedTable(
-        keys_of_part(dict(_keys(file_header)), dict(_keys(segment_header))),
+        header_of_part(dict(_header_items(file_header)), dict(_header_items(segment_header))),
         names,
         units,
         text_table.numbers,
@@ -157,7 +159,7 @@ def _table(
         clock_of_column=clock_of_column,
         time_index_of_column=time_index_of_column,
         start_s_of_column=start_s_of_column,
-        cut_row_cell_count=cut_row_cells,
+        cut_row_cell_count=cut_row_cell_count,
         read_texts=text_table.texts,
         decimal_mark=marks.decimal_mark,
     )
@@ -267,7 +269,7 @@ def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, f
     }
 
 
-def _keys(header: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:
+def _header_items(header: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, str]]:
     """Header keys: each line is one; `description` and `notes` may hold `key: value` texts."""
     for name, cells in header.items():
         if cells and cells[0]:

@@ -18,10 +18,10 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError
-from oilfilm.logs.columns import header_text, texts_of
-from oilfilm.logs.header import keys_of_part
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.base import NO_DIALECT, UnreadableLogError
+from oilfilm.logs.columns import text_of_value, texts_of_values
+from oilfilm.logs.header import header_of_part
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
 _TITLE = b"MATLAB 5.0 MAT-file"
@@ -31,18 +31,25 @@ _TAG_BYTES = 8
 _COMPRESSED = 15
 _CHUNK_BYTES = 1 << 20
 # Numbers that are stored in one byte become eight.
-_MOST_UNPACKED = 1 << 26
+_MOST_UNPACKED_BYTES = 1 << 26
 # A small file may always be unpacked to this size.
 _UNSUSPICIOUS_BYTES = 1 << 24
 # Names of the cell array that names the columns of a matrix; MATLAB's `importdata` gives the first.
-_NAMES_OF_COLUMNS = ("colheaders", "names", "column_names", "columnnames", "varnames", "headers")
-_NAMES_OF_UNITS = ("units", "unit")
+_VARIABLES_WITH_COLUMN_NAMES = (
+    "colheaders",
+    "names",
+    "column_names",
+    "columnnames",
+    "varnames",
+    "headers",
+)
+_VARIABLES_WITH_UNITS = ("units", "unit")
 _SAVE_AGAIN = "Save it in MATLAB with save(file, '-v7'), or export it as csv."
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for the title of a MATLAB file of version 5 to 7.3."""
-    return head.startswith((_TITLE, _TITLE_OF_HDF5))
+    return first_bytes.startswith((_TITLE, _TITLE_OF_HDF5))
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -65,9 +72,9 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         advice = "Save a table T as a structure: S = table2struct(T, 'ToScalar', true)."
         raise UnreadableLogError(reason, advice)
     if len(logged_tables) == 1:
-        return NO_TEXT, [logged_tables[0].with_name("")]
+        return NO_DIALECT, [logged_tables[0].with_name("")]
     names = base.distinct_names(table.run_name for table in logged_tables)
-    return NO_TEXT, [
+    return NO_DIALECT, [
         table.with_name(name) for table, name in zip(logged_tables, names, strict=True)
     ]
 
@@ -80,31 +87,35 @@ def _check_size(content: bytes) -> None:
         ValueError: A variable is longer than the file.
     """
     byte_order = "<" if content[126:128] == b"IM" else ">"
-    most_bytes = min(
-        _MOST_UNPACKED, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
+    most_byte_count = min(
+        _MOST_UNPACKED_BYTES, max(_UNSUSPICIOUS_BYTES, base.MOST_UNPACKED_RATIO * len(content))
     )
     position = _HEADER_BYTES
-    unpacked_bytes = 0
+    unpacked_byte_count = 0
     while position + _TAG_BYTES <= len(content):
-        element_type, element_bytes = struct.unpack_from(f"{byte_order}II", content, position)
-        end = position + _TAG_BYTES + element_bytes
+        element_type, element_byte_count = struct.unpack_from(f"{byte_order}II", content, position)
+        end = position + _TAG_BYTES + element_byte_count
         if end > len(content):
             raise ValueError("it ends within a variable")
         if element_type == _COMPRESSED:
-            unpacked_bytes += _unpacked_bytes(content[position + _TAG_BYTES : end], most_bytes)
+            unpacked_byte_count += _unpacked_byte_count(
+                content[position + _TAG_BYTES : end], most_byte_count
+            )
         else:
-            unpacked_bytes += element_bytes
-        if unpacked_bytes > most_bytes:
-            raise base.too_large(f"unpacked the file has more than {most_bytes >> 20} MiB")
+            unpacked_byte_count += element_byte_count
+        if unpacked_byte_count > most_byte_count:
+            raise base.too_large_error(
+                f"unpacked the file has more than {most_byte_count >> 20} MiB"
+            )
         position = end
 
 
-def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
+def _unpacked_byte_count(packed: bytes, most_byte_count: int) -> int:
     """Number of bytes of a packed variable, counted up to a limit without keeping them."""
     stream = zlib.decompressobj()
     byte_count = 0
     remaining = packed
-    while remaining and byte_count <= most_bytes:
+    while remaining and byte_count <= most_byte_count:
         byte_count += len(stream.decompress(remaining, _CHUNK_BYTES))
         remaining = stream.unconsumed_tail
     return byte_count
@@ -112,8 +123,8 @@ def _unpacked_bytes(packed: bytes, most_bytes: int) -> int:
 
 def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
     """The tables of a file: each structure, and the variables themselves."""
-    keys = dict(_keys(variables))
-    table = _table("", variables, keys)
+    text_of_key = dict(_header_items(variables))
+    table = _table("", variables, text_of_key)
     if table is not None:
         yield table
     for name, value in variables.items():
@@ -123,13 +134,15 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
         for number, element in enumerate(elements, start=1):
             fields = {field: element[field] for field in value.dtype.names}
             run_name = f"{name}{number}" if len(elements) > 1 else name
-            table = _table(run_name, fields, keys_of_part(keys, dict(_keys(fields))))
+            table = _table(
+                run_name, fields, header_of_part(text_of_key, dict(_header_items(fields)))
+            )
             if table is not None:
                 yield table
 
 
 def _table(
-    run_name: str, variables: Mapping[str, Any], keys: Mapping[str, str]
+    run_name: str, variables: Mapping[str, Any], text_of_key: Mapping[str, str]
 ) -> LoggedTable | None:
     """A table of the vectors of equal length among some variables, or of a matrix; else None."""
     vector_of_name = _vectors(variables)
@@ -151,9 +164,11 @@ def _table(
         if column.dtype == object:
             cells = [_text(cell) for cell in column]
             return np.array(cells, dtype=object)
-        return texts_of(column)
+        return texts_of_values(column)
 
-    return LoggedTable(keys, names, units, read_values, row_count, run_name, read_texts=read_texts)
+    return LoggedTable(
+        text_of_key, names, units, read_values, row_count, run_name, read_texts=read_texts
+    )
 
 
 def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
@@ -161,7 +176,7 @@ def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
     vector_of_name: dict[str, Values] = {}
     for name, value in variables.items():
         is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
-        is_units = plain_key(name) in _NAMES_OF_UNITS and value.dtype == object
+        is_units = plain_key(name) in _VARIABLES_WITH_UNITS and value.dtype == object
         if is_column and value.dtype.names is None and value.size > 1 and not is_units:
             vector_of_name[name] = value.reshape(-1)
     return vector_of_name
@@ -187,7 +202,7 @@ def _units_of_columns(
     Units are those of the columns of the table, of all vectors, or of the vectors of numbers:
     whichever are as many. Where these pair units with different names, no unit is known.
     """
-    units = _names_beside(variables, _NAMES_OF_UNITS)
+    units = _texts_of_variable(variables, _VARIABLES_WITH_UNITS)
     vectors_of_numbers = [
         name for name, vector in vector_of_name.items() if vector.dtype.kind in "iuf"
     ]
@@ -211,17 +226,18 @@ def _columns_of_matrix(variables: Mapping[str, Any]) -> dict[str, Values]:
         and value.dtype.kind in "iuf"
         and min(value.shape) > 1
     ]
-    names = _names_beside(variables, _NAMES_OF_COLUMNS)
+    names = _texts_of_variable(variables, _VARIABLES_WITH_COLUMN_NAMES)
     fitting_matrices = [matrix for matrix in matrices if matrix.shape[1] == len(names)]
     if len(fitting_matrices) != 1 or len(set(names)) < len(names):
         return {}
     return {name: fitting_matrices[0][:, index] for index, name in enumerate(names)}
 
 
-def _names_beside(variables: Mapping[str, Any], names: Sequence[str]) -> list[str]:
+def _texts_of_variable(variables: Mapping[str, Any], variable_names: Sequence[str]) -> list[str]:
     """The texts of the first variable with one of some names; empty without one."""
     for name, value in variables.items():
-        if plain_key(name) in names and isinstance(value, np.ndarray) and value.dtype == object:
+        is_named_so = plain_key(name) in variable_names
+        if is_named_so and isinstance(value, np.ndarray) and value.dtype == object:
             return [_text(cell) for cell in value.reshape(-1)]
     return []
 
@@ -233,7 +249,7 @@ def _numbers(column: Values) -> Values:
     return np.array([], dtype=str)
 
 
-def _keys(variables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _header_items(variables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Header keys: texts and single numbers."""
     for name, value in variables.items():
         if isinstance(value, np.ndarray) and value.size == 1 and value.dtype.names is None:
@@ -249,5 +265,5 @@ def _text(cell: Any) -> str:
     if isinstance(cell, (str, np.str_)):
         return str(cell).strip()
     if isinstance(cell, (int, float, np.number)):
-        return header_text(float(cell))
+        return text_of_value(float(cell))
     return ""

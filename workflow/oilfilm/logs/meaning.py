@@ -19,8 +19,8 @@ import yaml
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import possible_conversion
-from oilfilm.logs.header import split_unit
-from oilfilm.logs.log_kind import QuantityAndUnit, Vocabulary
+from oilfilm.logs.header import split_bracketed_unit
+from oilfilm.logs.log_schema import QuantityAndUnit, Vocabulary
 
 # Quantity -> the unit in which it is used here.
 UNIT_BY_QUANTITY = {
@@ -192,7 +192,7 @@ def _has_part(word: str, word_part: str) -> bool:
     return word.startswith(letters) if word_part.endswith("-") else word.endswith(letters)
 
 
-def label_of(name: str) -> str:
+def label_kind_of(name: str) -> str:
     """`oil` or `curve` where the name of a column of text says so; else empty."""
     concepts = concepts_in(name)
     if concepts & {"temperature", "time", "speed", "pressure", "friction"}:
@@ -226,20 +226,20 @@ def is_unit_of(unit: str, quantity: str) -> bool:
     )
 
 
-def stated_unit(name: str) -> tuple[str, str]:
+def split_unit(name: str) -> tuple[str, str]:
     """A name without its unit, and the unit: in brackets, after a slash or comma, or at an end.
 
     Examples:
-        >>> stated_unit("Speed / mm s-1")
+        >>> split_unit("Speed / mm s-1")
         ('Speed', 'mm s-1')
-        >>> stated_unit("speed_m_s")
+        >>> split_unit("speed_m_s")
         ('speed', 'm/s')
-        >>> stated_unit("Temp °C")
+        >>> split_unit("Temp °C")
         ('Temp', '°C')
-        >>> stated_unit("time_min"), stated_unit("Time / min"), stated_unit("load_min")
+        >>> split_unit("time_min"), split_unit("Time / min"), split_unit("load_min")
         (('time', 'min'), ('Time', 'min'), ('load_min', ''))
     """
-    bare_name, unit = split_unit(name.strip())
+    bare_name, unit = split_bracketed_unit(name.strip())
     if unit:
         return bare_name, unit
     for separator in (" / ", " in ", ", "):
@@ -320,7 +320,7 @@ def meaning_of(
         >>> meaning_of("Schlupf [%]").question
         'it may be over the mean, over the sum or over the speed of the faster body'
     """
-    bare_name, unit_of_name = stated_unit(name)
+    bare_name, unit_of_name = split_unit(name)
     unit = unit_beside or unit_of_name
     # `F_n` is a symbol, not F in newtons
     symbol = _SYMBOL_OF_SPELLING.get(name.strip()) or _SYMBOL_OF_SPELLING.get(bare_name.strip())
@@ -527,7 +527,7 @@ _RULES: tuple[_Rule, ...] = (
 
 # Ranks of meanings: words come before symbols, and symbols before open meanings. Definitions and
 # locations of temperatures add small steps.
-RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN = 10, 50, 100
+RANK_OF_WORDS, _RANK_OF_SYMBOL, RANK_OF_OPEN_MEANING = 10, 50, 100
 # Locations of temperatures, in the order in which they are preferred.
 _LOCATIONS = ("inlet", "bath", "oil", "")
 
@@ -535,7 +535,7 @@ _LOCATIONS = ("inlet", "bath", "oil", "")
 def rank_of(meaning: Meaning) -> int:
     """Rank of a meaning: the column with the smallest rank is taken."""
     if meaning.question:
-        return RANK_OF_OPEN
+        return RANK_OF_OPEN_MEANING
     rank = _RANK_OF_SYMBOL if meaning.is_symbol else RANK_OF_WORDS
     definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ("",))
     if meaning.definition in definitions:
@@ -551,7 +551,7 @@ def is_of_another_definition(meaning: Meaning) -> bool:
     return bool(meaning.definition) and meaning.definition != definitions[0]
 
 
-def quantity_of_logs(quantity: str) -> str:
+def quantity_in_logs(quantity: str) -> str:
     """The quantity as logs name it: the load may be stated as a pressure."""
     return "load" if quantity == "max_hertz_pressure" else quantity
 
@@ -560,27 +560,29 @@ def quantity_of_logs(quantity: str) -> str:
 
 
 @dataclass(frozen=True)
-class VocabularyInWords(Vocabulary):
+class WordVocabulary(Vocabulary):
     """A vocabulary that understands names by their words, too.
 
     Readers find the line of names and the row of units with it. It does not decide which column is
     taken.
 
     Attributes:
-        meaning_of_name: Name of a column -> its meaning, as the user says.
+        stated_meaning_of_name: Name of a column -> its meaning, as the user says.
     """
 
-    meaning_of_name: Mapping[str, Meaning] = field(default_factory=dict)
+    stated_meaning_of_name: Mapping[str, Meaning] = field(default_factory=dict)
 
-    def meaning(self, name: str) -> QuantityAndUnit | None:
-        """See `Vocabulary.meaning`."""
-        listed_meaning = super().meaning(name)
+    def quantity_and_unit(self, name: str) -> QuantityAndUnit | None:
+        """See `Vocabulary.quantity_and_unit`."""
+        listed_meaning = super().quantity_and_unit(name)
         if listed_meaning is not None:
             return listed_meaning
         meaning = meaning_of(name)
-        for key in (name, split_unit(name)[0], stated_unit(name)[0]):
-            meaning = self.meaning_of_name.get(key, meaning)
+        for key in (name, split_bracketed_unit(name)[0], split_unit(name)[0]):
+            meaning = self.stated_meaning_of_name.get(key, meaning)
         if meaning is None:
             return None
-        quantity = quantity_of_logs(meaning.quantity)
-        return QuantityAndUnit(quantity, meaning.unit) if quantity in self.quantities else None
+        quantity = quantity_in_logs(meaning.quantity)
+        return (
+            QuantityAndUnit(quantity, meaning.unit) if quantity in self.units_of_quantity else None
+        )

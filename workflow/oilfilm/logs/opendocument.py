@@ -9,21 +9,21 @@ Source: OASIS, OpenDocument 1.3, part 3, 9 (tables) and 19.385 (types of values)
 import io
 import zipfile
 from datetime import datetime
-from typing import Any
 from xml.parsers import expat
 
 import pandas as pd
 
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import TablesOfFile
 from oilfilm.logs.workbook import (
     LAST_ROW,
-    MAX_UNPACKED_BYTES,
     MOST_CELLS,
+    MOST_UNPACKED_BYTES,
     PercentColumns,
+    ValueAndPercent,
     check_letter_count,
     chunks_of,
-    day_alone,
+    date_if_midnight,
     line_of_cells,
     tab_separated_bytes,
     tables_of_sheets,
@@ -31,16 +31,16 @@ from oilfilm.logs.workbook import (
 
 # It is the first member of the archive, and is not compressed.
 _MEDIA_TYPE = b"mimetypeapplication/vnd.oasis.opendocument.spreadsheet"
-_TABLE = "urn:oasis:names:tc:opendocument:xmlns:table:1.0 "
-_OFFICE = "urn:oasis:names:tc:opendocument:xmlns:office:1.0 "
-_TEXT = "urn:oasis:names:tc:opendocument:xmlns:text:1.0 "
-_CELL_TAGS = (_TABLE + "table-cell", _TABLE + "covered-table-cell")
+_TABLE_NAMESPACE = "urn:oasis:names:tc:opendocument:xmlns:table:1.0 "
+_OFFICE_NAMESPACE = "urn:oasis:names:tc:opendocument:xmlns:office:1.0 "
+_TEXT_NAMESPACE = "urn:oasis:names:tc:opendocument:xmlns:text:1.0 "
+_CELL_TAGS = (_TABLE_NAMESPACE + "table-cell", _TABLE_NAMESPACE + "covered-table-cell")
 _MIB = 1 << 20
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for a zip archive that states that it is an OpenDocument spreadsheet."""
-    return head.startswith(b"PK\x03\x04") and _MEDIA_TYPE in head[:200]
+    return first_bytes.startswith(b"PK\x03\x04") and _MEDIA_TYPE in first_bytes[:200]
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -72,40 +72,40 @@ def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
         ValueError: The spreadsheet is too large, or is encrypted.
         Exception: Any error that the libraries raise for a damaged file.
     """
-    sheets = _Sheets()
+    sheet_parser = _SheetParser()
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         member = archive.getinfo("content.xml")
-        if member.file_size > MAX_UNPACKED_BYTES:
+        if member.file_size > MOST_UNPACKED_BYTES:
             raise ValueError(
                 f"unpacked it has {member.file_size // _MIB} MiB; "
-                f"expected at most {MAX_UNPACKED_BYTES // _MIB}"
+                f"expected at most {MOST_UNPACKED_BYTES // _MIB}"
             )
         with archive.open(member) as document:
             for chunk in chunks_of(document):
-                sheets.parser.Parse(chunk, False)
-    sheets.parser.Parse(b"", True)
-    return sheets.finished
+                sheet_parser.parser.Parse(chunk, False)
+    sheet_parser.parser.Parse(b"", True)
+    return sheet_parser.finished_sheets
 
 
-class _Sheets:
+class _SheetParser:
     """The sheets of a document while its XML is read.
 
     Attributes:
-        finished: Title and lines of each sheet that was read to its end.
+        finished_sheets: Title and lines of each sheet that was read to its end.
     """
 
     def __init__(self) -> None:
-        self.finished: list[tuple[str, list[str]]] = []
+        self.finished_sheets: list[tuple[str, list[str]]] = []
         self.parser = expat.ParserCreate(namespace_separator=" ")
         self.parser.buffer_text = True
-        self.parser.StartElementHandler = self._start
-        self.parser.EndElementHandler = self._end
+        self.parser.StartElementHandler = self._start_element
+        self.parser.EndElementHandler = self._end_element
         self.parser.CharacterDataHandler = self._add_text
         self.parser.EntityDeclHandler = self._refuse_entity
         self._lines: list[str] = []
         self._percent_columns = PercentColumns()
         # value of each cell of a row, and whether it is shown in percent
-        self._cells_of_row: list[tuple[Any, bool]] = []
+        self._cells_of_row: list[ValueAndPercent] = []
         self._row_repeats = 1
         self._cell_repeats = 1
         self._cell_attributes: dict[str, str] = {}
@@ -119,16 +119,16 @@ class _Sheets:
         self._letter_count = 0
         self._title = ""
 
-    def _start(self, tag: str, attributes: dict[str, str]) -> None:
-        if tag == _OFFICE + "annotation" or self._annotation_depth:
-            # the text of a note is none of the cell
+    def _start_element(self, tag: str, attributes: dict[str, str]) -> None:
+        if tag == _OFFICE_NAMESPACE + "annotation" or self._annotation_depth:
+            # the text of a note is not that of the cell
             self._annotation_depth += 1
-        elif tag == _TABLE + "table":
-            self._title = attributes.get(_TABLE + "name", "")
+        elif tag == _TABLE_NAMESPACE + "table":
+            self._title = attributes.get(_TABLE_NAMESPACE + "name", "")
             self._lines = []
             self._empty_row_count = 0
             self._percent_columns = PercentColumns()
-        elif tag == _TABLE + "table-row":
+        elif tag == _TABLE_NAMESPACE + "table-row":
             self._cells_of_row = []
             self._empty_cell_count = 0
             self._row_repeats = _repeat_count(attributes, "number-rows-repeated")
@@ -136,21 +136,21 @@ class _Sheets:
             self._cell_attributes = attributes
             self._paragraphs = []
             self._cell_repeats = _repeat_count(attributes, "number-columns-repeated")
-        elif tag == _TEXT + "p":
+        elif tag == _TEXT_NAMESPACE + "p":
             self._paragraphs.append("")
             self._is_in_paragraph = True
 
-    def _end(self, tag: str) -> None:
+    def _end_element(self, tag: str) -> None:
         if self._annotation_depth:
             self._annotation_depth -= 1
-        elif tag == _TEXT + "p":
+        elif tag == _TEXT_NAMESPACE + "p":
             self._is_in_paragraph = False
         elif tag in _CELL_TAGS:
             self._end_cell()
-        elif tag == _TABLE + "table-row":
+        elif tag == _TABLE_NAMESPACE + "table-row":
             self._end_row()
-        elif tag == _TABLE + "table":
-            self.finished.append((self._title, self._lines))
+        elif tag == _TABLE_NAMESPACE + "table":
+            self.finished_sheets.append((self._title, self._lines))
 
     def _add_text(self, text: str) -> None:
         if self._is_in_paragraph and not self._annotation_depth:
@@ -162,7 +162,7 @@ class _Sheets:
             self._empty_cell_count += self._cell_repeats
             return
         self._add_to_cell_count(self._empty_cell_count + self._cell_repeats)
-        is_in_percent = self._cell_attributes.get(_OFFICE + "value-type") == "percentage"
+        is_in_percent = self._cell_attributes.get(_OFFICE_NAMESPACE + "value-type") == "percentage"
         self._cells_of_row += [(None, False)] * self._empty_cell_count
         self._cells_of_row += [(value, is_in_percent)] * self._cell_repeats
         self._empty_cell_count = 0
@@ -195,19 +195,19 @@ class _Sheets:
 
 def _repeat_count(attributes: dict[str, str], name: str) -> int:
     """How often a cell or row is repeated."""
-    return max(int(attributes.get(_TABLE + name, 1)), 1)
+    return max(int(attributes.get(_TABLE_NAMESPACE + name, 1)), 1)
 
 
 def _value(attributes: dict[str, str], text: str) -> object:
     """The value of a cell by its type; its text where the type says no more."""
-    value_type = attributes.get(_OFFICE + "value-type", "string")
+    value_type = attributes.get(_OFFICE_NAMESPACE + "value-type", "string")
     if value_type in ("float", "percentage", "currency"):
-        return float(attributes[_OFFICE + "value"])
+        return float(attributes[_OFFICE_NAMESPACE + "value"])
     if value_type == "date":
-        date_value = attributes[_OFFICE + "date-value"]
+        date_value = attributes[_OFFICE_NAMESPACE + "date-value"]
         instant = datetime.fromisoformat(date_value)
         # a day that is shown without hours is a date alone
-        return instant if ":" in (text or date_value) else day_alone(instant)
+        return instant if ":" in (text or date_value) else date_if_midnight(instant)
     if value_type == "time":
-        return pd.Timedelta(attributes[_OFFICE + "time-value"]).to_pytimedelta()
+        return pd.Timedelta(attributes[_OFFICE_NAMESPACE + "time-value"]).to_pytimedelta()
     return text

@@ -10,22 +10,22 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import COPY_AGAIN, NO_TEXT, UnreadableLogError, check_row_count
-from oilfilm.logs.columns import as_seconds, header_text, texts_of
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.base import COPY_AGAIN_ADVICE, NO_DIALECT, UnreadableLogError, check_row_count
+from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
 # Largest size of a column of text that may name the run of a row.
-_LARGEST_TEXTS = 1 << 26
+_MOST_TEXT_BYTES = 1 << 26
 # Key of the metadata in tables that oilfilm writes.
 _OILFILM_KEY = b"oilfilm"
 _PANDAS_ATTRIBUTES_KEY = b"PANDAS_ATTRS"
 _TECHNICAL_KEYS = {b"pandas", b"ARROW:schema", _PANDAS_ATTRIBUTES_KEY}
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for the first bytes of a Parquet file, encrypted or not."""
-    return head.startswith((b"PAR1", b"PARE"))
+    return first_bytes.startswith((b"PAR1", b"PARE"))
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -45,13 +45,13 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     # texts of any length are not read
     names_to_read = {
         schema.names[column_index]: None
-        for column_index in vocabulary.meanings(schema.names, units)
+        for column_index in vocabulary.quantities_and_units(schema.names, units)
         if _holds_numbers(schema.types[column_index])
     }
     columns = log.read(columns=list(names_to_read), use_threads=False)
     if columns.num_rows != row_count:
         reason = f"the footer counts {row_count} rows, and the pages have {columns.num_rows}"
-        raise UnreadableLogError(reason, COPY_AGAIN, columns.num_rows, "damaged_file")
+        raise UnreadableLogError(reason, COPY_AGAIN_ADVICE, columns.num_rows, "damaged_file")
     # of each name all columns are read, in the order of the file
     indices_read = [
         column_index for column_index, name in enumerate(schema.names) if name in names_to_read
@@ -68,7 +68,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     def read_texts(column_index: int) -> Texts:
         name = schema.names[column_index]
         is_text = arrow.types.is_string(schema.types[column_index])
-        if _unpacked_bytes_of(log.metadata, name) > _LARGEST_TEXTS or not (
+        if _unpacked_byte_count(log.metadata, name) > _MOST_TEXT_BYTES or not (
             is_text or _holds_numbers(schema.types[column_index])
         ):
             return np.full(row_count, "", dtype=object)
@@ -76,15 +76,20 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         encoded = parquet.ParquetFile(
             arrow.BufferReader(content), read_dictionary=[name] if is_text else None
         ).read(columns=[name], use_threads=False)
-        return texts_of(encoded.columns[0].to_pandas().to_numpy())
+        return texts_of_values(encoded.columns[0].to_pandas().to_numpy())
 
-    logged = LoggedTable(
-        _keys(metadata), schema.names, units, read_values, row_count, read_texts=read_texts
+    logged_table = LoggedTable(
+        _text_of_header_key(metadata),
+        schema.names,
+        units,
+        read_values,
+        row_count,
+        read_texts=read_texts,
     )
-    return NO_TEXT, [logged] if row_count else []
+    return NO_DIALECT, [logged_table] if row_count else []
 
 
-def _unpacked_bytes_of(metadata: parquet.FileMetaData, name: str) -> int:
+def _unpacked_byte_count(metadata: parquet.FileMetaData, name: str) -> int:
     """Bytes of a column when it is unpacked."""
     byte_count = 0
     for group_index in range(metadata.num_row_groups):
@@ -123,14 +128,14 @@ def _numbers(column: arrow.ChunkedArray) -> npt.NDArray[Any]:
     return np.asarray(column.cast(arrow.float64(), safe=False).to_numpy())
 
 
-def _keys(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
+def _text_of_header_key(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
     """Header keys: the metadata of the file, then the `attrs` of a pandas frame."""
     try:
         attributes = dict(json.loads(metadata.get(_PANDAS_ATTRIBUTES_KEY, b"{}")))
     except (TypeError, ValueError, RecursionError):
         attributes = {}
     # metadata of the file replaces attributes of the same name
-    texts = {str(name): header_text(value) for name, value in attributes.items()}
+    texts = {str(name): text_of_value(value) for name, value in attributes.items()}
     for name, value in metadata.items():
         if name not in _TECHNICAL_KEYS:
             texts[name.decode("utf-8", "replace")] = value.decode("utf-8", "replace").strip()

@@ -19,7 +19,7 @@ import yaml
 
 from oilfilm.base.units import BoolArray, FloatArray, conversion
 from oilfilm.logs import base
-from oilfilm.logs.log_kind import LoggedColumn, Vocabulary
+from oilfilm.logs.log_schema import LoggedColumn, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import encoding_of
 
@@ -40,15 +40,15 @@ _SURFACE_SPEEDS = ("ball_speed", "disc_speed")
 _DECLARATION_OF_COLUMN: dict[str, dict[str, Any]] = yaml.safe_load(
     Path(__file__).with_name("pcs.yaml").read_text(encoding="utf-8")
 )
-_REQUIRED_COLUMNS = tuple(
+_NEEDED_COLUMNS = tuple(
     name for name, column in _DECLARATION_OF_COLUMN.items() if "needed" in column
 )
 _DECLARATION_OF_SAMPLED_COLUMN = {
     name: column for name, column in _DECLARATION_OF_COLUMN.items() if "sampled" in column
 }
-# Number of sampled columns without which a row cannot be used: time, load and both speeds. Rigs
-# leave some of the others blank, so that those are spare.
-_COLUMNS_NEVER_BLANK = 4
+# Number of sampled columns without which a row cannot be used: the first ones, which are time, load
+# and both speeds. Rigs leave some of the others blank, so that those are spare.
+_NEVER_BLANK_COUNT = 4
 # One in the last digit of usual exports (N, mm/s, %). Programs that print more digits have computed
 # with fewer.
 _LAST_DIGIT_OF_COLUMN = {
@@ -71,9 +71,9 @@ class _Step:
     row_lines: list[str] = field(default_factory=list)
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True where the first lines have a PCS step, or the title of a PCS file above no table."""
-    text = head.decode("utf-8-sig", "replace")
+    text = first_bytes.decode("utf-8-sig", "replace")
     lines = text.splitlines()[:_LINES_SEARCHED]
     return any(_STEP.match(line) for line in lines) or _has_title(lines)
 
@@ -95,7 +95,7 @@ def _has_title(lines: Sequence[str]) -> bool:
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `ingest.Reader.tables`."""
-    base.check_lines(content)
+    base.check_text_size(content)
     # older programs write the degree sign in the encoding of western Windows
     encoding = encoding_of(content)
     if encoding not in {"ascii", "utf-8"}:
@@ -113,7 +113,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         for step, run_name in zip(steps, run_names, strict=True)
         if step.row_lines
     ]
-    return base.TextForm.from_marks(encoding, "\t", "."), logged_tables
+    return base.TextDialect.from_marks(encoding, "\t", "."), logged_tables
 
 
 def _steps(lines: Iterable[str]) -> Iterator[_Step]:
@@ -172,22 +172,22 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
             conversion(sampled_units[index], (_DECLARATION_OF_SAMPLED_COLUMN[name]["sampled"],)),
             sampled_names[index],
             sampled_units[index],
-            is_spare=index >= _COLUMNS_NEVER_BLANK,
+            is_spare=index >= _NEVER_BLANK_COUNT,
         )
         for index, name in enumerate(sampled_columns)
     ]
     other_names = list(dict.fromkeys(name for name in step.names if name not in sampled_names))
     names = [*sampled_names, *other_names]
     # only compared with the number of names; 0 would say that the last row has a line end
-    missing_cells = len(step.names) - len(cells_by_row[-1])
-    cut_row_cells = max(len(names) - missing_cells, 1) if is_cut else 0
+    missing_cell_count = len(step.names) - len(cells_by_row[-1])
+    cut_row_cell_count = max(len(names) - missing_cell_count, 1) if is_cut else 0
     missing_names = [
         _DECLARATION_OF_COLUMN[name]["names"][0]
-        for name in _REQUIRED_COLUMNS
+        for name in _NEEDED_COLUMNS
         if name not in index_of_column
     ]
     return LoggedTable(
-        {"log_kind": base.SETTLED},
+        {"log_kind": base.SETTLED_LOG_KIND},
         names,
         [*sampled_units, *[""] * len(other_names)],
         lambda column_indices: [
@@ -197,7 +197,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
         run_name,
         columns=logged_columns,
         problem=_problem(step, missing_names),
-        cut_row_cell_count=cut_row_cells,
+        cut_row_cell_count=cut_row_cell_count,
         show_row=step.row_lines.__getitem__,
         is_contradictory=_is_contradictory(
             values_of_column, _last_digit_of_columns(cells_by_row, index_of_column)
@@ -233,7 +233,7 @@ def _values_of_columns(
     is_usable = np.ones(len(cells_by_row), dtype=bool)
     for numbers in values_of_column.values():
         is_usable &= ~(np.abs(numbers) > base.LARGEST_READING)
-    for name in _REQUIRED_COLUMNS:
+    for name in _NEEDED_COLUMNS:
         is_usable &= ~np.isnan(values_of_column[name])
     values_of_column["time"] = np.where(is_usable, values_of_column["time"], np.nan)
     return values_of_column
@@ -273,13 +273,13 @@ def _last_digit_of_columns(
     last_digit_of_column = dict.fromkeys(_DECLARATION_OF_COLUMN, 0.0) | _LAST_DIGIT_OF_COLUMN
     for name, index in index_of_column.items():
         cells = [row[index] for row in cells_by_row if index < len(row)]
-        most_decimals = max(map(_decimals, cells), default=-1)
+        most_decimals = max(map(_decimal_count, cells), default=-1)
         if most_decimals >= 0:
             last_digit_of_column[name] = max(last_digit_of_column[name], 10.0**-most_decimals)
     return last_digit_of_column
 
 
-def _decimals(cell: str) -> int:
+def _decimal_count(cell: str) -> int:
     """Number of decimals of a number in a cell; -1 where it holds none."""
     try:
         exponent = Decimal(cell.strip()).as_tuple().exponent
@@ -307,28 +307,29 @@ def _is_contradictory(
         values_of_column["sliding"],
         values_of_column["srr"],
     )
-    error = {name: last_digit / 2 for name, last_digit in last_digit_of_column.items()}
-    half_difference_error = max(error["traction_force_1"], error["traction_force_2"])
+    # largest rounding error of a cell, by the name of its column
+    half_digit = {name: last_digit / 2 for name, last_digit in last_digit_of_column.items()}
+    half_difference_rounding = max(half_digit["traction_force_1"], half_digit["traction_force_2"])
     # a surface speed is one cell, or the mean of two
-    speed_error = max(error[name] for name in ("ball_1", "ball_2", "disc_1", "disc_2"))
+    speed_rounding = max(half_digit[name] for name in ("ball_1", "ball_2", "disc_1", "disc_2"))
     force, load = values_of_column["traction_force"], values_of_column["load"]
     coefficient = values_of_column["coefficient"]
     with np.errstate(divide="ignore", invalid="ignore"):
         half_difference = (
             values_of_column["traction_force_1"] - values_of_column["traction_force_2"]
         ) / 2
-        srr_rounding = (100 * error["sliding"] + error["rolling"] * np.abs(srr)) / np.abs(
+        srr_rounding = (100 * half_digit["sliding"] + half_digit["rolling"] * np.abs(srr)) / np.abs(
             rolling
-        ) + error["srr"]
-        coefficient_rounding = error["coefficient"] + (
-            2 * error["traction_force"] + error["load"] * coefficient
+        ) + half_digit["srr"]
+        coefficient_rounding = half_digit["coefficient"] + (
+            2 * half_digit["traction_force"] + half_digit["load"] * coefficient
         ) / np.abs(load)
         # each identity with the largest error from the rounding of its cells
         errors_of_identities = (
-            (force - half_difference, error["traction_force"] + half_difference_error),
+            (force - half_difference, half_digit["traction_force"] + half_difference_rounding),
             (np.abs(force) / load - coefficient, coefficient_rounding),
-            (rolling - (ball + disc) / 2, error["rolling"] + speed_error),
-            (sliding - (disc - ball), error["sliding"] + 2 * speed_error),
+            (rolling - (ball + disc) / 2, half_digit["rolling"] + speed_rounding),
+            (sliding - (disc - ball), half_digit["sliding"] + 2 * speed_rounding),
             (srr - 100 * sliding / rolling, srr_rounding),
         )
         is_violated = [

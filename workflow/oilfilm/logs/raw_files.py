@@ -14,9 +14,9 @@ from typing import BinaryIO
 from oilfilm.base.errors import OilfilmError
 
 # Names of the run sheet, in small letters or capitals. It is in the campaign's folder itself.
-_SHEET_NAMES = ("runs.csv", "runs.tsv", "runs.xlsx", "runs.ods")
+_RUN_SHEET_NAMES = ("runs.csv", "runs.tsv", "runs.xlsx", "runs.ods")
 # Largest log in bytes, packed or unpacked. A larger one was made to fill the memory.
-LARGEST_LOG = 1 << 28
+LARGEST_LOG_BYTES = 1 << 28
 TOO_LITTLE_MEMORY = (
     "the memory does not suffice to read it. Give the program more memory, or end other programs."
 )
@@ -24,7 +24,7 @@ _BLOCK_BYTES = 1 << 20
 # Number of faults or names in a message; the others are counted.
 _MOST_LISTED = 20
 # Excel writes such a file beside a workbook that is open.
-_LOCK_FILE = "~$"
+_LOCK_FILE_PREFIX = "~$"
 # Snakemake takes braces for wildcards and angle brackets for its own paths. A manifest takes
 # backslashes for folders. Control characters and changes of direction deceive the reader of a
 # listing. Python writes bytes that are no UTF-8 as surrogates.
@@ -33,7 +33,7 @@ _UNFIT_CHARACTER = re.compile(
 )
 
 
-def raw_files(folder: Path) -> list[str]:
+def raw_log_names(folder: Path) -> list[str]:
     """Names of all logs of a campaign, sorted: their paths below its raw folder.
 
     Hidden files, README files and the run sheet are not logs.
@@ -43,16 +43,16 @@ def raw_files(folder: Path) -> list[str]:
             a link that is broken or leads out of it, a folder without rights, a pipe, a name
             that Snakemake, a listing or a manifest cannot hold. The message names all of them.
     """
-    fault_of_log = dict(named_logs(folder))
+    fault_of_log = dict(log_names_and_faults(folder))
     faults = [fault for fault in fault_of_log.values() if fault]
     if faults:
-        raise all_faults(faults, folder, "of them")
+        raise faults_error(faults, folder, "of them")
     if not fault_of_log:
         raise OilfilmError(f"{folder}: holds no logs. Put the campaign's logs there.")
     return list(fault_of_log)
 
 
-def all_faults(faults: Sequence[str], path: Path, plural: str) -> OilfilmError:
+def faults_error(faults: Sequence[str], path: Path, plural: str) -> OilfilmError:
     """One error for the many faults of a folder or file, one per line.
 
     Args:
@@ -66,13 +66,13 @@ def all_faults(faults: Sequence[str], path: Path, plural: str) -> OilfilmError:
     return OilfilmError("\n".join(lines))
 
 
-def joined_names(names: Sequence[str]) -> str:
+def names_in_words(names: Sequence[str]) -> str:
     """The first names of many, for a message."""
     more = " ..." if len(names) > _MOST_LISTED else ""
     return ", ".join(names[:_MOST_LISTED]) + more
 
 
-def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
+def log_names_and_faults(folder: Path) -> Iterator[tuple[str, str]]:
     """Path of each log, relative to a raw folder, and why it cannot be used (empty where it can).
 
     Raises:
@@ -98,14 +98,14 @@ def named_logs(folder: Path) -> Iterator[tuple[str, str]]:
         if problem:
             yield name, f"{path}: {problem}"
         elif not path.is_dir():
-            yield name, unfit_name(name, path)
+            yield name, name_fault(name, path)
 
 
 def is_passed_over(path: Path, folder: Path) -> bool:
     """Whether a path below a raw folder is no log by its name: hidden, a README, a run sheet."""
     names = path.relative_to(folder).parts
-    is_hidden = any(name.startswith((".", _LOCK_FILE)) for name in names)
-    return is_hidden or path.stem.upper() == "README" or is_sheet(path, folder)
+    is_hidden = any(name.startswith((".", _LOCK_FILE_PREFIX)) for name in names)
+    return is_hidden or path.stem.upper() == "README" or is_run_sheet_of(path, folder)
 
 
 def _why_unreachable(path: Path, folder: Path) -> str:
@@ -123,7 +123,7 @@ def _why_unreachable(path: Path, folder: Path) -> str:
     return ""
 
 
-def unfit_name(name: str, path: Path | str) -> str:
+def name_fault(name: str, path: Path | str) -> str:
     """Why a log cannot have its name below its campaign's folder; empty where it can.
 
     Args:
@@ -139,19 +139,19 @@ def unfit_name(name: str, path: Path | str) -> str:
     )
 
 
-def is_sheet(path: Path, folder: Path) -> bool:
+def is_run_sheet_of(path: Path, folder: Path) -> bool:
     """Whether a file of a campaign's raw folder is its run sheet."""
-    return path.parent == folder and path.name.lower() in _SHEET_NAMES
+    return path.parent == folder and path.name.lower() in _RUN_SHEET_NAMES
 
 
-def find_sheet(folder: Path) -> Path | None:
+def find_run_sheet(folder: Path) -> Path | None:
     """The run sheet of a campaign's raw folder; None where it has none.
 
     Raises:
         OilfilmError: There are several, or it is a link that leads out of the folder.
     """
     paths = sorted(folder.glob("*"))
-    sheets = [path for path in paths if is_sheet(path, folder) and path.is_file()]
+    sheets = [path for path in paths if is_run_sheet_of(path, folder) and path.is_file()]
     if len(sheets) > 1:
         names = " and ".join(path.name for path in sheets)
         raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
@@ -168,7 +168,7 @@ def read_beginning(file: BinaryIO) -> bytes:
     """The bytes of a file; of a file that is too large, one byte more than the largest log."""
     # a read of some size takes so much memory at once, however small the file is
     size = os.fstat(file.fileno()).st_size
-    return file.read(min(size, LARGEST_LOG) + 1)
+    return file.read(min(size, LARGEST_LOG_BYTES) + 1)
 
 
 @dataclass(frozen=True)
@@ -218,12 +218,12 @@ class RawLogs:
                 ) from error
             self.digest_of_log[name] = digest.hexdigest()
             if self.digest_of_log[name] != self.expected_digest_of_log[name]:
-                raise OilfilmError(f"{self.folder / name}: {self._changed()}")
+                raise OilfilmError(f"{self.folder / name}: {self._change_in_words()}")
             if not self.is_simulated:
                 self.provenance_digests[f"{self.folder}/{name}"] = self.digest_of_log[name][:16]
             yield name, content
 
-    def _changed(self) -> str:
+    def _change_in_words(self) -> str:
         if self.is_simulated:
             return "is not as the rig twin wrote it. Delete it: the next run simulates it again."
         return "has changed while it was read. When it is complete, run snakemake again."
@@ -258,7 +258,7 @@ def read_listings(*paths: Path) -> dict[str, str]:
     return digest_of_name
 
 
-def shares_of(names: Sequence[str], logs_per_share: int) -> dict[int, list[str]]:
+def logs_by_share(names: Sequence[str], logs_per_share: int) -> dict[int, list[str]]:
     """The logs of each share of the work, by its number; no share is empty.
 
     The share of a log depends on its name and on the number of shares. The number is a power of
@@ -270,7 +270,7 @@ def shares_of(names: Sequence[str], logs_per_share: int) -> dict[int, list[str]]
 
     Examples:
         >>> logs = [f"run{number}.csv" for number in range(900)]
-        >>> [number for number, files in shares_of(logs, 250).items() if 180 < len(files) < 270]
+        >>> [number for number, files in logs_by_share(logs, 250).items() if 180 < len(files) < 270]
         [0, 1, 2, 3]
     """
     share_count = 1

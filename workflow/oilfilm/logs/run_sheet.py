@@ -11,14 +11,15 @@ from fnmatch import fnmatchcase
 from typing import Any, Self
 
 from oilfilm.logs.base import LOAD_KEYS, READING_NOTE, SET_POINT_KEYS, Refusal, parse_set_point
-from oilfilm.logs.header import header_keys, named_keys, oil_id
+from oilfilm.logs.header import oil_id, project_header, with_default_rig_and_oil
 from oilfilm.settings.resolved import Settings
 
-# Rules that refuse nothing: the runs that they name are used, or do not exist.
+# Names of rules. The `REMARK_RULES` refuse nothing: the runs that they name are used, or do not
+# exist.
 UNMATCHED = "sheet_row_unmatched"
 UNLISTED = "logs_not_in_sheet"
 CONTRADICTION = "sheet_contradicts_header"
-REMARKS = frozenset({UNMATCHED, UNLISTED, CONTRADICTION, READING_NOTE})
+REMARK_RULES = frozenset({UNMATCHED, UNLISTED, CONTRADICTION, READING_NOTE})
 EXCLUDED = "excluded"
 EXCLUDED_ADVICE = "Nothing to do. To use the run, empty the cell `exclude` of its row."
 UNMATCHED_ADVICE = "Correct the row or take it out; it has no effect."
@@ -34,25 +35,26 @@ class SheetRow:
         file: Cell of the column `file`: a name or a pattern.
         run: Name or pattern of the run in a file with several; empty for every run.
         exclude: Why the runs are not to be used; empty where they are.
-        keys: Header key -> text, numbers in the unit of the key.
+        text_of_key: Header key -> its text, numbers in the unit of the key.
     """
 
     file: str
     run: str = ""
     exclude: str = ""
-    keys: Mapping[str, str] = field(default_factory=dict)
+    text_of_key: Mapping[str, str] = field(default_factory=dict)
 
     def __str__(self) -> str:
         return repr(self.file) + (f", run {self.run!r}" if self.run else "")
 
 
 @dataclass(frozen=True)
-class Labels:
+class RunMetadata:
     """What header and run sheet say of a run.
 
     Attributes:
         run_id: Name of the run.
-        keys: Key -> text; the texts of the sheet replace those of the header.
+        text_of_key: Key of the project -> its text. The texts of the sheet replace those of the
+            header.
         remarks: Contradictions between header and sheet.
         exclusion: Why the run is not to be used; None where it is used.
         problem: Why the run sheet cannot be followed; None where it can.
@@ -60,7 +62,7 @@ class Labels:
     """
 
     run_id: str
-    keys: dict[str, str]
+    text_of_key: dict[str, str]
     remarks: list[Refusal]
     exclusion: Refusal | None = None
     problem: Refusal | None = None
@@ -135,14 +137,14 @@ class RunSheet:
             if not row.run or any(matches(run_name, row.run) for run_name in run_names)
         ]
 
-    def labels(
+    def run_metadata(
         self,
         file: str,
         run_names: Sequence[str],
         text_of_logged_key: Mapping[str, str],
         settings: Settings,
         decimal_mark: str = ".",
-    ) -> Labels:
+    ) -> RunMetadata:
         """What header and run sheet say of one run of a log.
 
         Args:
@@ -153,23 +155,23 @@ class RunSheet:
             decimal_mark: Decimal mark of the log.
         """
         run_id = f"{file}:{run_names[0]}" if run_names else file
-        project_keys = named_keys(text_of_logged_key, settings, decimal_mark)
-        text_of_header_key = header_keys(project_keys, settings)
+        text_of_stated_key = project_header(text_of_logged_key, settings, decimal_mark)
+        text_of_header_key = with_default_rig_and_oil(text_of_stated_key, settings)
         rows = self.rows_of_run(file, run_names)
         text_of_sheet_key: dict[str, str] = {}
         # the first row counts
         for row in reversed(rows):
-            text_of_sheet_key |= row.keys
+            text_of_sheet_key |= row.text_of_key
         # the load has one set point, as force or as pressure
         replaced_keys = LOAD_KEYS if text_of_sheet_key.keys() & LOAD_KEYS else frozenset()
         kept_text_of_header_key = {
             key: text for key, text in text_of_header_key.items() if key not in replaced_keys
         }
-        source_of_key = {key: "header" for key in project_keys if key not in replaced_keys}
+        source_of_key = {key: "header" for key in text_of_stated_key if key not in replaced_keys}
         source_of_key |= dict.fromkeys(text_of_sheet_key, "run sheet")
-        return Labels(
+        return RunMetadata(
             run_id,
-            keys=kept_text_of_header_key | text_of_sheet_key,
+            text_of_key=kept_text_of_header_key | text_of_sheet_key,
             remarks=self._contradictions(run_id, text_of_header_key, text_of_sheet_key, settings),
             exclusion=self._exclusion(rows),
             problem=self._disagreement(rows),
@@ -210,12 +212,12 @@ class RunSheet:
 
     def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
         """Why the rows of a run cannot be followed: they contradict each other."""
-        for key in dict.fromkeys(key for row in rows for key in row.keys):
+        for key in dict.fromkeys(key for row in rows for key in row.text_of_key):
             # the first row of each value, the values in the order of their last row
             row_of_value: dict[str, SheetRow] = {}
             for row in reversed(rows):
-                if key in row.keys:
-                    row_of_value[row.keys[key]] = row
+                if key in row.text_of_key:
+                    row_of_value[row.text_of_key[key]] = row
             if len(row_of_value) > 1:
                 statements = [
                     f"{value!r} (row of {row})" for value, row in reversed(row_of_value.items())
@@ -250,8 +252,8 @@ class RunSheet:
         advice = "The run sheet is used. Correct the one that is wrong."
         return [Refusal(CONTRADICTION, reason, advice, run_id)]
 
-    def plain(self, files: Iterable[str], *, with_remarks: bool) -> dict[str, Any]:
-        """The rows for some logs in plain types, for Snakemake's params; empty without any.
+    def to_params(self, files: Iterable[str], *, with_remarks: bool) -> dict[str, Any]:
+        """The rows for some logs as Snakemake's params, in plain types; empty without any.
 
         Args:
             files: The logs.
@@ -268,8 +270,8 @@ class RunSheet:
         return {"name": self.name, "rows": rows_of_log, "remarks": remarks_as_params}
 
     @classmethod
-    def of_plain(cls, params: Mapping[str, Any]) -> Self:
-        """The run sheet that `plain` was made of."""
+    def from_params(cls, params: Mapping[str, Any]) -> Self:
+        """The run sheet from which `to_params` made these params."""
         if not params:
             return cls()
         rows_of_log = {

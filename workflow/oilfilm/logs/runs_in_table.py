@@ -16,7 +16,7 @@ import pandas as pd
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.logs import base, header
-from oilfilm.logs.log_kind import Meanings, Vocabulary
+from oilfilm.logs.log_schema import QuantitiesAndUnits, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, Texts
 from oilfilm.settings.resolved import Settings
 
@@ -71,13 +71,13 @@ def runs_in_table(
     """
     if table.columns or table.problem or table.row_count == 0:
         return [table]
-    meanings = vocabulary.meanings(table.names, table.units)
-    label_columns = _label_columns(table, meanings, settings)
+    quantities_and_units = vocabulary.quantities_and_units(table.names, table.units)
+    label_columns = _label_columns(table, quantities_and_units, settings)
     tables_of_labels = _tables_by_label(table, label_columns)
     run_tables = [
         run_table
         for table_of_labels in tables_of_labels
-        for run_table in _tables_by_restart(table_of_labels, meanings)
+        for run_table in _tables_by_restart(table_of_labels, quantities_and_units)
     ]
     if len(run_tables) == 1:
         return [run_table.with_name(table.run_name) for run_table in run_tables]
@@ -89,8 +89,11 @@ def runs_in_table(
             run_table,
             run_name=name,
             undivided_names=(
-                *(_joined_names(table.run_name, whole) for whole in run_table.undivided_names),
-                *table.sheet_names,
+                *(
+                    _joined_names(table.run_name, undivided_name)
+                    for undivided_name in run_table.undivided_names
+                ),
+                *table.run_names,
             ),
         )
         for run_table, name in zip(run_tables, names, strict=True)
@@ -103,7 +106,7 @@ def _joined_names(*names: str) -> str:
 
 
 def _label_columns(
-    table: LoggedTable, meanings: Meanings, settings: Settings
+    table: LoggedTable, quantities_and_units: QuantitiesAndUnits, settings: Settings
 ) -> list[_LabelColumn]:
     """The columns that name runs: those of runs and steps first, then of rigs and oils."""
     label_columns: list[_LabelColumn] = []
@@ -112,17 +115,18 @@ def _label_columns(
     key_by_listed_name = header.key_by_listed_name(settings)
     has_number: BoolArray | None = None
     for index, name in enumerate(table.names):
-        bare_name, unit = header.split_unit(name)
+        bare_name, unit = header.split_bracketed_unit(name)
         key = plain_key(bare_name)
         label_kind = _label_kind(key, key_by_listed_name)
-        if not label_kind or unit or table.units[index] or index in meanings:
+        if not label_kind or unit or table.units[index] or index in quantities_and_units:
             continue
         if has_number is None:
-            has_number = _has_number(table, meanings)
+            has_number = _has_number(table, quantities_and_units)
         label_column = _label_column(label_kind, key, table.read_texts(index), has_number)
-        is_settled = table.keys.get("log_kind") == base.SETTLED
-        if _is_naming_runs(label_column, is_settled=is_settled) and (
-            label_kind != "step" or _is_sweep_in_each_step(table, meanings, label_column)
+        is_settled = table.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND
+        if _names_runs(label_column, is_settled=is_settled) and (
+            label_kind != "step"
+            or _is_sweep_in_each_step(table, quantities_and_units, label_column)
         ):
             label_columns.append(label_column)
     label_kinds = ("run", "step", "rig", "oil")
@@ -133,10 +137,10 @@ def _label_columns(
 
 def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     """`oil`, `rig`, `run` or `step` by the key of a column; empty for another column."""
-    meaning = key_by_listed_name.get(key, key)
-    if meaning in ("oil", "rig", "run"):
-        return meaning
-    if header.oil_key({key: "x"}):
+    project_key = key_by_listed_name.get(key, key)
+    if project_key in ("oil", "rig", "run"):
+        return project_key
+    if header.other_oil_key({key: "x"}):
         return "oil"
     words = frozenset(key.rstrip(".").split("_")) - _NUMBER_WORDS
     if len(words) != 1:
@@ -146,10 +150,10 @@ def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     return "step" if words <= _STEP_WORDS else ""
 
 
-def _has_number(table: LoggedTable, meanings: Meanings) -> BoolArray:
+def _has_number(table: LoggedTable, quantities_and_units: QuantitiesAndUnits) -> BoolArray:
     """Rows with a number in some column that is read, shape (rows,)."""
     has_number = np.zeros(table.row_count, dtype=bool)
-    for values in table.read_values(list(meanings)):
+    for values in table.read_values(list(quantities_and_units)):
         if values.dtype.kind in "iuf":
             has_number |= np.isfinite(values)
     return has_number
@@ -165,7 +169,7 @@ def _label_column(label_kind: str, key: str, texts: Texts, has_number: BoolArray
     return _LabelColumn(label_kind, key, list(names), name_index_of_row.astype(np.int64))
 
 
-def _is_naming_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
+def _names_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
     """Whether the texts of a column name runs: no numbers with decimals, no flag, no counter.
 
     Args:
@@ -194,10 +198,10 @@ def _has_decimals(text: str) -> bool:
 
 
 def _is_sweep_in_each_step(
-    table: LoggedTable, meanings: Meanings, label_column: _LabelColumn
+    table: LoggedTable, quantities_and_units: QuantitiesAndUnits, label_column: _LabelColumn
 ) -> bool:
     """Whether the slip of each step covers a good share of the range of all steps."""
-    slip = _slip_or_log_speed_ratio(table, meanings)
+    slip = _slip_or_log_speed_ratio(table, quantities_and_units)
     if slip is None:
         return False
     is_finite = np.isfinite(slip)
@@ -213,12 +217,14 @@ def _is_sweep_in_each_step(
     return True
 
 
-def _slip_or_log_speed_ratio(table: LoggedTable, meanings: Meanings) -> FloatArray | None:
+def _slip_or_log_speed_ratio(
+    table: LoggedTable, quantities_and_units: QuantitiesAndUnits
+) -> FloatArray | None:
     """The slide-roll ratio as logged, or the logarithm of the ratio of both speeds; shape (rows,).
 
     Units and radii do not change the share of a range.
     """
-    index_by_quantity = {quantity: index for index, (quantity, _) in meanings.items()}
+    index_by_quantity = {quantity: index for index, (quantity, _) in quantities_and_units.items()}
     if "slide_roll_ratio" in index_by_quantity:
         (slip,) = table.read_values([index_by_quantity["slide_roll_ratio"]])
         return slip.astype(float) if slip.dtype.kind in "iuf" else None
@@ -264,18 +270,20 @@ def _tables_by_label(
     )
     tables_of_runs: list[LoggedTable] = []
     for labels, row_indices in zip(labels_of_runs, row_indices_of_runs, strict=True):
-        keys = dict(table.keys)
+        text_of_key = dict(table.text_of_key)
         for label_column, label in zip(label_columns, labels, strict=True):
             # the name of a run in its file need not differ from those of other files
             if label_column.label_kind in ("oil", "rig") and label:
                 stated = (
-                    keys.get(label_column.label_kind) or _stated_oil(label_column, keys) or label
+                    text_of_key.get(label_column.label_kind)
+                    or _stated_oil(label_column, text_of_key)
+                    or label
                 )
-                keys[label_column.label_kind] = _joined_texts(stated, label)
+                text_of_key[label_column.label_kind] = _joined_texts(stated, label)
         *undivided_names, run_name = [
             " ".join(labels[:label_count]) for label_count in range(label_count_in_name + 1)
         ]
-        run_table = table.select_rows(row_indices, run_name, keys)
+        run_table = table.select_rows(row_indices, run_name, text_of_key)
         # the name of no labels is empty
         tables_of_runs.append(replace(run_table, undivided_names=tuple(undivided_names[1:])))
     return tables_of_runs
@@ -290,10 +298,10 @@ def _label_count_that_tells_apart(labels_of_runs: Sequence[tuple[str, ...]]) -> 
     return column_count
 
 
-def _stated_oil(label_column: _LabelColumn, keys: Mapping[str, str]) -> str:
+def _stated_oil(label_column: _LabelColumn, text_of_key: Mapping[str, str]) -> str:
     """The oil that a header line such as `lubricant` states; empty without one."""
-    key = header.oil_key(keys) if label_column.label_kind == "oil" else None
-    return keys[key] if key else ""
+    key = header.other_oil_key(text_of_key) if label_column.label_kind == "oil" else None
+    return text_of_key[key] if key else ""
 
 
 def _joined_texts(stated: str, text: str) -> str:
@@ -301,17 +309,19 @@ def _joined_texts(stated: str, text: str) -> str:
     return text if plain_key(stated) == plain_key(text) else f"{stated} / {text}"
 
 
-def _tables_by_restart(table: LoggedTable, meanings: Meanings) -> list[LoggedTable]:
+def _tables_by_restart(
+    table: LoggedTable, quantities_and_units: QuantitiesAndUnits
+) -> list[LoggedTable]:
     """A table for each stretch of rows at whose start time begins anew."""
     if table.problem:
         return [table]
     time_index = next(
-        (index for index, (quantity, _) in meanings.items() if quantity == "time"), None
+        (index for index, (quantity, _) in quantities_and_units.items() if quantity == "time"), None
     )
     if time_index is None:
         return [table]
     # all columns at once: a text is parsed as a whole
-    indices = list(meanings)
+    indices = list(quantities_and_units)
     time = table.read_values(indices)[indices.index(time_index)]
     if time.dtype.kind not in "iuf":
         return [table]
@@ -322,8 +332,8 @@ def _tables_by_restart(table: LoggedTable, meanings: Meanings) -> list[LoggedTab
     tables_of_parts: list[LoggedTable] = []
     for number, (start, stop) in enumerate(pairwise(row_bounds), start=1):
         name = _joined_names(table.run_name, f"part{number}")
-        table_of_part = table.select_rows(np.arange(start, stop), name, table.keys)
-        tables_of_parts.append(replace(table_of_part, undivided_names=table.sheet_names))
+        table_of_part = table.select_rows(np.arange(start, stop), name, table.text_of_key)
+        tables_of_parts.append(replace(table_of_part, undivided_names=table.run_names))
     return tables_of_parts
 
 

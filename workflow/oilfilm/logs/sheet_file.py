@@ -22,30 +22,43 @@ from typing import NamedTuple
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, opendocument, run_sheet
-from oilfilm.logs.header import expected_text, key_by_listed_name, project_key_and_text, split_unit
-from oilfilm.logs.log_kind import LogKind
-from oilfilm.logs.raw_files import all_faults, find_sheet, is_sheet, joined_names, named_logs
+from oilfilm.logs.header import (
+    expectation_in_words,
+    key_by_listed_name,
+    project_key_and_text,
+    split_bracketed_unit,
+)
+from oilfilm.logs.log_schema import LogSchema
+from oilfilm.logs.raw_files import (
+    faults_error,
+    find_run_sheet,
+    is_run_sheet_of,
+    log_names_and_faults,
+    names_in_words,
+)
 from oilfilm.logs.run_sheet import RunSheet, SheetRow, matches
 from oilfilm.logs.text_rows import encoding_of
-from oilfilm.logs.workbook import SIGNATURE, checked_workbook
+from oilfilm.logs.workbook import ZIP_SIGNATURE, checked_workbook
 from oilfilm.settings.resolved import Settings
 
-# Columns that every run sheet may have. A kind of logs adds more.
+# Columns that every run sheet may have. A log schema adds more (`sheet_keys`).
 _COMMON_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
-# Cells of `exclude` that keep a run.
+# Cells of the column `exclude` that do not exclude a run.
 _CELLS_THAT_KEEP_A_RUN = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
 # The line of names is near the top, below comments and the line `sep=;` of Excel.
 _LINES_SEARCHED = 20
 _MIB = 1 << 20
 _LARGEST_SHEET_BYTES = 16 * _MIB
-# The cell with which the unit of a column is tried: 1 is a possible set point in every usual unit.
+# A cell to try the unit of a column: 1 is a possible set point in every usual unit.
 _TRIAL_CELL = "1"
 # A number with decimals: the mark in 1.250 might be one between thousands.
 _CERTAIN_DECIMAL = re.compile(r"[-+]?(?![1-9]\d{0,2}[.,]\d{3}$)\d*[.,]\d+")
-_SET_POINT_KEY_OF_QUANTITY = {quantity: key for key, (quantity, _) in base.SET_POINT_UNITS.items()}
+_SET_POINT_KEY_OF_QUANTITY = {
+    quantity: key for key, (quantity, _) in base.QUANTITY_AND_UNIT_OF_SET_POINT.items()
+}
 
-# Text of each cell of a sheet, row by row.
-Cells = list[list[str]]
+# Rows of a sheet, each a list of the texts of its cells.
+CellRows = list[list[str]]
 
 
 class _LogNames:
@@ -110,16 +123,22 @@ class _SheetColumn(NamedTuple):
 
 
 class _SheetBeingRead:
-    """A run sheet while it is read: the keys that it may have, and the mistakes found so far.
+    """A run sheet while it is read.
 
     Attributes:
+        path: Its path, for messages.
+        settings: Settings of the campaign.
+        allowed_keys: Keys of the project that its columns may have.
+        mistakes: Sentences about the mistakes found so far.
         decimal_mark: Decimal mark of its numbers; empty where it is not known.
+        key_and_text: Function that gives the key of the project and the text of a cell, by the
+            column's `header_key` and the cell.
     """
 
-    def __init__(self, path: Path, settings: Settings, kind: LogKind) -> None:
+    def __init__(self, path: Path, settings: Settings, log_schema: LogSchema) -> None:
         self.path = path
         self.settings = settings
-        self.keys = (*_COMMON_COLUMNS, *kind.sheet_keys)
+        self.allowed_keys = (*_COMMON_COLUMNS, *log_schema.sheet_keys)
         self.mistakes: list[str] = []
         self.decimal_mark = "."
         key_by_name = key_by_listed_name(settings)
@@ -135,16 +154,16 @@ class _SheetBeingRead:
         """A column by its name."""
         header_key = plain_key(name)
         key, _ = self.key_and_text(header_key, _TRIAL_CELL)
-        if key not in self.keys:
+        if key not in self.allowed_keys:
             # a set point without a unit is known by its quantity
-            bare_key, _ = split_unit(key)
+            bare_key, _ = split_bracketed_unit(key)
             key = _SET_POINT_KEY_OF_QUANTITY.get(bare_key, bare_key)
         return _SheetColumn(name, header_key, key)
 
     def score_of_names(self, names: Sequence[str]) -> tuple[bool, int]:
         """Score of a line of names: whether it has `file`, and the number of known names."""
         keys = [self.column(name).key for name in names]
-        return "file" in keys, sum(key in self.keys for key in keys)
+        return "file" in keys, sum(key in self.allowed_keys for key in keys)
 
     def add_mistake(self, where: str, sentence: str) -> None:
         """Add a mistake."""
@@ -157,11 +176,11 @@ class _SheetBeingRead:
             OilfilmError: There is a mistake.
         """
         if self.mistakes:
-            raise all_faults(self.mistakes, self.path, "mistakes")
+            raise faults_error(self.mistakes, self.path, "mistakes")
 
 
 def read_run_sheet(
-    content: bytes, path: Path, files: Sequence[str], settings: Settings, kind: LogKind
+    content: bytes, path: Path, files: Sequence[str], settings: Settings, log_schema: LogSchema
 ) -> RunSheet:
     """The run sheet of a campaign with the rows of each log.
 
@@ -171,13 +190,13 @@ def read_run_sheet(
         path: Its path, for messages.
         files: All logs of the campaign, by their paths below the folder of the sheet.
         settings: Settings of the campaign.
-        kind: The kind of logs.
+        log_schema: What logs of this kind of rig may hold.
 
     Raises:
         OilfilmError: It cannot be read, a column is unknown, or a cell has a wrong content. The
             message names all mistakes, each with its row, as a spreadsheet counts, and its column.
     """
-    sheet = _SheetBeingRead(path, settings, kind)
+    sheet = _SheetBeingRead(path, settings, log_schema)
     numbered_rows = _numbered_sheet_rows(content, sheet)
     rows_of_log: dict[str, list[SheetRow]] = {}
     unmatched_rows: list[str] = []
@@ -186,7 +205,7 @@ def read_run_sheet(
         matching_files = log_names.matching(row.file)
         if len(matching_files) > 1 and not _is_pattern(row.file):
             sentence = (
-                f"{row.file!r} is the name of {joined_names(matching_files)}: add the folder."
+                f"{row.file!r} is the name of {names_in_words(matching_files)}: add the folder."
             )
             sheet.add_mistake(f"row {row_number}", sentence)
         for file in matching_files:
@@ -196,12 +215,13 @@ def read_run_sheet(
     sheet.raise_mistakes()
     remarks: list[base.Refusal] = []
     if unmatched_rows:
-        reason = printable(joined_names(unmatched_rows))
+        reason = printable(names_in_words(unmatched_rows))
         remarks.append(base.Refusal(run_sheet.UNMATCHED, reason, run_sheet.UNMATCHED_ADVICE))
     unlisted_files = [file for file in files if file not in rows_of_log]
     if numbered_rows and unlisted_files:
         reason = (
-            f"no row for {len(unlisted_files)} of {len(files)} logs: {joined_names(unlisted_files)}"
+            f"no row for {len(unlisted_files)} of {len(files)} logs: "
+            f"{names_in_words(unlisted_files)}"
         )
         advice = "Only their headers count. Add rows where that is wrong."
         remarks.append(base.Refusal(run_sheet.UNLISTED, printable(reason), advice))
@@ -210,15 +230,15 @@ def read_run_sheet(
     )
 
 
-def is_run_sheet(path: Path, raw: Path) -> bool:
+def is_run_sheet_of_any_campaign(path: Path, raw_folder: Path) -> bool:
     """Whether a file is the run sheet of some campaign, below the folder `data/raw`."""
     # not `resolve`: it raises for a link to itself
     file = Path(os.path.realpath(path))
-    return file.parent.parent == raw.resolve() and is_sheet(file, file.parent)
+    return file.parent.parent == raw_folder.resolve() and is_run_sheet_of(file, file.parent)
 
 
 def sheet_of_paths(
-    paths: Iterable[Path], raw_folder: Path, settings: Settings, kind: LogKind
+    paths: Iterable[Path], raw_folder: Path, settings: Settings, log_schema: LogSchema
 ) -> RunSheet:
     """One run sheet for logs of several campaigns' folders, by the paths as given.
 
@@ -228,10 +248,10 @@ def sheet_of_paths(
         paths: The logs, in any folder.
         raw_folder: The parent of the campaigns' folders, `data/raw`.
         settings: Settings of the campaign by which the logs are judged.
-        kind: The kind of logs.
+        log_schema: What logs of this kind of rig may hold.
 
     Raises:
-        OilfilmError: As by `read_run_sheet`.
+        OilfilmError: As in `read_run_sheet`.
     """
     resolved_raw_folder = raw_folder.resolve()
     # name of a campaign -> name of a log in its folder -> path of the log as it is given
@@ -246,12 +266,14 @@ def sheet_of_paths(
     rows_of_log: dict[str, tuple[SheetRow, ...]] = {}
     for campaign_name, path_of_name in paths_of_campaign.items():
         folder = raw_folder / campaign_name
-        sheet_path = find_sheet(folder)
+        sheet_path = find_run_sheet(folder)
         if sheet_path is None:
             continue
         # logs with an unfit name are left out: the others can be judged all the same
-        files = [name for name, fault in named_logs(folder) if not fault]
-        campaign_sheet = read_run_sheet(sheet_path.read_bytes(), sheet_path, files, settings, kind)
+        files = [name for name, fault in log_names_and_faults(folder) if not fault]
+        campaign_sheet = read_run_sheet(
+            sheet_path.read_bytes(), sheet_path, files, settings, log_schema
+        )
         sheet_name = campaign_sheet.name
         rows_of_log |= {
             str(path): campaign_sheet.rows_of_log.get(name, ())
@@ -268,19 +290,19 @@ def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[i
     """
     if len(content) > _LARGEST_SHEET_BYTES:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET_BYTES // _MIB} MiB.")
-    readings = (
+    cell_rows_by_delimiter = (
         [_cells_of_workbook(content, sheet)]
-        if content.startswith(SIGNATURE)
+        if content.startswith(ZIP_SIGNATURE)
         else _cells_of_text(content)
     )
     sheet.raise_mistakes()
-    lines, index_of_names = _line_of_names(readings, sheet)
+    lines, index_of_names = _line_of_names(cell_rows_by_delimiter, sheet)
     column_of_index = {
         index: sheet.column(name) for index, name in enumerate(lines[index_of_names]) if name
     }
     _check_columns(column_of_index, lines, f"row {index_of_names + 1}", sheet)
     # a workbook, or a text with commas between its cells, has decimal points
-    if lines is not readings[0]:
+    if lines is not cell_rows_by_delimiter[0]:
         set_point_indices = [
             index for index, column in column_of_index.items() if column.key in base.SET_POINT_KEYS
         ]
@@ -295,12 +317,19 @@ def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[i
     return numbered_rows
 
 
-def _line_of_names(readings: Sequence[Cells], sheet: _SheetBeingRead) -> tuple[Cells, int]:
-    """The reading whose line of names has the best score, and the index of this line."""
-    best_lines: Cells = [[]]
+def _line_of_names(
+    cell_rows_by_delimiter: Sequence[CellRows], sheet: _SheetBeingRead
+) -> tuple[CellRows, int]:
+    """The rows of cells whose line of names has the best score, and the index of this line.
+
+    Args:
+        cell_rows_by_delimiter: Rows of cells, once for each delimiter that the sheet may have.
+        sheet: The sheet.
+    """
+    best_lines: CellRows = [[]]
     best_index = 0
     best_score = (False, -1)
-    for lines in readings:
+    for lines in cell_rows_by_delimiter:
         for index, names in enumerate(lines[:_LINES_SEARCHED]):
             score = sheet.score_of_names(names)
             if score > best_score:
@@ -308,7 +337,7 @@ def _line_of_names(readings: Sequence[Cells], sheet: _SheetBeingRead) -> tuple[C
     return best_lines, best_index
 
 
-def _decimal_mark(rows: Cells, set_point_indices: Sequence[int]) -> str:
+def _decimal_mark(rows: CellRows, set_point_indices: Sequence[int]) -> str:
     """The mark of the numbers that can have no other meaning; empty without one, or with both.
 
     Args:
@@ -322,7 +351,7 @@ def _decimal_mark(rows: Cells, set_point_indices: Sequence[int]) -> str:
 
 def _check_columns(
     column_of_index: Mapping[int, _SheetColumn],
-    lines: Cells,
+    lines: CellRows,
     row_in_words: str,
     sheet: _SheetBeingRead,
 ) -> None:
@@ -340,7 +369,7 @@ def _check_columns(
     count_of_key = Counter(column.key for column in column_of_index.values())
     if "file" not in count_of_key:
         first_line = next((line for line in lines if any(line)), [""])
-        other_keys = ", ".join(key for key in sheet.keys if key != "file")
+        other_keys = ", ".join(key for key in sheet.allowed_keys if key != "file")
         sheet.add_mistake(
             "its first rows",
             f"found {', '.join(first_line)[:120]!r}, expected a row of column names, one of them "
@@ -350,24 +379,24 @@ def _check_columns(
     for column in column_of_index.values():
         _check_column(column, row_in_words, sheet)
     for key, count in count_of_key.items():
-        if count > 1 and key in sheet.keys and key != "remarks":
+        if count > 1 and key in sheet.allowed_keys and key != "remarks":
             sheet.add_mistake(row_in_words, f"{count} columns give {key}: leave one of them.")
     sheet.raise_mistakes()
 
 
-def _cells_of_text(content: bytes) -> list[Cells]:
+def _cells_of_text(content: bytes) -> list[CellRows]:
     """The cells of a text, once for each delimiter that it may have."""
     text = content.decode(encoding_of(content), "replace").removeprefix("\ufeff")
-    readings = []
+    cell_rows_by_delimiter = []
     for delimiter in (",", ";", "\t", "|"):
         # the csv reader refuses very long cells: no run sheet has them
         with suppress(csv.Error):
             rows = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
-            readings.append([[cell.strip() for cell in row] for row in rows])
-    return readings
+            cell_rows_by_delimiter.append([[cell.strip() for cell in row] for row in rows])
+    return cell_rows_by_delimiter
 
 
-def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> Cells:
+def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> CellRows:
     """The cells of the first sheet of a workbook, as a text sheet would hold them.
 
     Raises:
@@ -420,20 +449,21 @@ def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> Cells:
 
 def _check_column(column: _SheetColumn, row_in_words: str, sheet: _SheetBeingRead) -> None:
     """Add a mistake to the sheet where a column is unknown, or a set point has no usable unit."""
-    if column.key not in sheet.keys:
+    if column.key not in sheet.allowed_keys:
         sheet.add_mistake(
             row_in_words,
-            f"found the unknown column {column.name!r}; expected {', '.join(sheet.keys)}. A column "
-            "that is not to be read: list it under `header: remarks` of the campaign file.",
+            f"found the unknown column {column.name!r}; expected {', '.join(sheet.allowed_keys)}. "
+            "A column that is not to be read: list it under `header: remarks` of the campaign "
+            "file.",
         )
     elif column.key in base.SET_POINT_KEYS:
-        # without a unit the key is none of a set point; an unknown unit is left in the text
+        # a key without a unit is not that of a set point; an unknown unit is left in the text
         key, converted_text = sheet.key_and_text(column.header_key, _TRIAL_CELL)
         if key in base.SET_POINT_KEYS and base.parse_set_point(key, converted_text) is not None:
             return
-        _, unit = split_unit(column.header_key)
+        _, unit = split_bracketed_unit(column.header_key)
         found = f"found the unit {unit!r}" if unit else "has no unit"
-        _, expected = base.SET_POINT_UNITS[column.key]
+        _, expected = base.QUANTITY_AND_UNIT_OF_SET_POINT[column.key]
         # a load may also be given as maximum Hertz pressure
         if column.key == "load_n":
             expected = "N or GPa"
@@ -468,50 +498,50 @@ def _sheet_row(
         for index, cell in cell_of_index.items()
         if index in column_of_index
     }
-    text_of_key = {column.key: cell for column, cell in cell_of_column.items()}
-    if "file" not in text_of_key:
+    cell_of_key = {column.key: cell for column, cell in cell_of_column.items()}
+    if "file" not in cell_of_key:
         sheet.add_mistake(
             f"{row_in_words}, column 'file'", "is empty, expected the name of a log or a pattern."
         )
-    exclude = text_of_key.get("exclude", "")
+    exclude = cell_of_key.get("exclude", "")
     is_excluded = exclude.lower() not in _CELLS_THAT_KEEP_A_RUN
-    keys: dict[str, str] = {}
+    text_of_key: dict[str, str] = {}
     for column, cell in cell_of_column.items():
         if column.key != "oil" and column.key in _COMMON_COLUMNS:
             continue
         value, expected = _value_and_expectation(column, cell, sheet)
         if value is not None:
-            keys[column.key] = value
+            text_of_key[column.key] = value
         elif not is_excluded:
             # an excluded run needs no oil and no set points
             where = f"{row_in_words}, column {column.name!r}"
             sheet.add_mistake(where, f"found {cell[:60]!r}, expected {expected}.")
     reason = printable(exclude) if is_excluded else ""
-    return SheetRow(text_of_key.get("file", ""), text_of_key.get("run", ""), reason, keys)
+    return SheetRow(cell_of_key.get("file", ""), cell_of_key.get("run", ""), reason, text_of_key)
 
 
 def _value_and_expectation(
     column: _SheetColumn, text: str, sheet: _SheetBeingRead
 ) -> tuple[str | None, str]:
-    """The value of a cell as text of its header key, and what is expected there.
+    """The text of a cell for the project, and what is expected there, in words.
 
-    The value is None where the cell has a wrong content.
+    The text is None where the cell has a wrong content.
     """
     key = column.key
     settings = sheet.settings
     if key in base.SET_POINT_KEYS:
         project_key, converted_text = sheet.key_and_text(column.header_key, text)
         set_point = base.parse_set_point(project_key, converted_text)
-        # 12 digits, as `header.meaning` gives them: 80 N and 0.08 kN become the same text
+        # 12 digits, as `project_key_and_text` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"
-        return value, expected_text(project_key, converted_text)
+        return value, expectation_in_words(project_key, converted_text)
     torque = settings.campaign.torque
     allowed_names = {
         "oil": list(settings.oils),
         "rig": list(settings.rigs),
         "bearing": [torque.bearing] if torque else [],
         # a signal against time, or settled readings
-        "log_kind": ["continuous", base.SETTLED],
+        "log_kind": ["continuous", base.SETTLED_LOG_KIND],
     }[key]
     name = settings.oil_id_by_name.get(plain_key(text), text) if key == "oil" else text
     expected = f"{key} of the campaign {settings.campaign.name}: {', '.join(allowed_names)}"

@@ -24,28 +24,28 @@ from oilfilm.logs.base import NamesAndUnits
 from oilfilm.logs.header import (
     UNIT_BY_PLAIN_KEY,
     number_and_unit,
-    oil_key,
+    other_oil_key,
     project_key_and_text,
-    split_unit,
+    split_bracketed_unit,
 )
 from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
-from oilfilm.logs.log_kind import (
+from oilfilm.logs.log_schema import (
+    HeaderProblems,
     ListedColumns,
     LoggedColumn,
-    LogKind,
-    Problems,
+    LogSchema,
     UsableLog,
     Vocabulary,
 )
 from oilfilm.logs.meaning import (
     RANK_OF_WORDS,
-    VocabularyInWords,
+    WordVocabulary,
     concepts_in,
     is_of_another_definition,
     meaning_of,
-    quantity_of_logs,
+    quantity_in_logs,
     rank_of,
-    stated_unit,
+    split_unit,
 )
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import Campaign, Column
@@ -69,8 +69,8 @@ def columns_by_quantity(
     distinct_columns = list(dict.fromkeys(names_and_units))
     has_total_time = any({"total", "time"} <= concepts_in(name) for name, _ in distinct_columns)
     for name, unit_beside_name in distinct_columns:
-        unit = unit_beside_name or split_unit(name)[1]
-        listed_meaning = vocabulary.meaning(name)
+        unit = unit_beside_name or split_bracketed_unit(name)[1]
+        listed_meaning = vocabulary.quantity_and_unit(name)
         if listed_meaning is not None:
             quantity, unit_of_name = listed_meaning
             is_sure = quantity != "time" or not has_total_time
@@ -80,8 +80,8 @@ def columns_by_quantity(
         likely_meaning = meaning_of(name, unit)
         if likely_meaning is None or is_of_another_definition(likely_meaning):
             continue
-        quantity = quantity_of_logs(likely_meaning.quantity)
-        if quantity in vocabulary.quantities:
+        quantity = quantity_in_logs(likely_meaning.quantity)
+        if quantity in vocabulary.units_of_quantity:
             ranks_by_quantity.setdefault(quantity, {})[name, unit] = rank_of(likely_meaning)
     columns_of_quantity: dict[str, NamesAndUnits] = {}
     for quantity, rank_of_column in ranks_by_quantity.items():
@@ -95,7 +95,9 @@ def columns_by_quantity(
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_VOCABULARY_IN_WORDS = VocabularyInWords("traction", "columns", VOCABULARY.project_names, ())
+_WORD_VOCABULARY = WordVocabulary(
+    "traction", "columns", VOCABULARY.quantity_and_unit_of_project_name, ()
+)
 # A signal is held at a level where its readings differ by less than this, relative or in K.
 _LARGEST_LEVEL_SPREAD = 0.05
 _LARGEST_LEVEL_SPREAD_C = 3.0
@@ -109,7 +111,9 @@ _SET_POINT_BY_LOAD_UNIT = {"N": "load_n", "GPa": "max_hertz_pressure_gpa"}
 
 # Function of time, speeds of ball and disc, load and force that gives the name of the source of the
 # zero of the force; None where no source is suitable.
-ZeroSource = Callable[[FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None]
+ZeroSourceFinder = Callable[
+    [FloatArray, FloatArray, FloatArray, FloatArray, FloatArray], str | None
+]
 
 
 @dataclass(frozen=True)
@@ -129,7 +133,7 @@ class SniffedRun:
             columns do not show it, None where no source is suitable.
         unit_of_quantity: Quantity -> its unit in the run.
         log_kind: Kind of log in the header.
-        is_slow: Whether the steps of the time are too long to be seconds.
+        is_too_slow_for_seconds: Whether the steps of the time are too long to be seconds.
     """
 
     name_in_file: str = ""
@@ -142,7 +146,7 @@ class SniffedRun:
     zero_source: str | None = ""
     unit_of_quantity: Mapping[str, str] = field(default_factory=dict)
     log_kind: str = ""
-    is_slow: bool = False
+    is_too_slow_for_seconds: bool = False
 
 
 @dataclass(frozen=True)
@@ -152,27 +156,27 @@ class SniffedLog:
     Attributes:
         file: Its path below the campaign's folder.
         format_name: Its format; `none` where it is not known.
-        form: How the text is written.
-        candidates: Quantity -> its likely columns, each with the unit beside its name.
+        dialect: How the text is written.
+        candidates_of_quantity: Quantity -> its likely columns, each with the unit beside its name.
         unit_in_name_of_quantity: Quantity -> the unit in the name of its only candidate, where the
             log has no unit beside the name; empty where the name has none.
         missing_quantities: Quantities without a certain column.
         names: Names of all columns.
         problem: Why the log cannot be read; empty where it can.
         runs: Its runs.
-        is_log: Whether the file may be a log, be it a damaged one.
+        may_be_log: Whether the file may be a log, be it a damaged one.
     """
 
     file: str
     format_name: str
-    form: base.TextForm
-    candidates: Mapping[str, base.NamesAndUnits]
+    dialect: base.TextDialect
+    candidates_of_quantity: Mapping[str, base.NamesAndUnits]
     unit_in_name_of_quantity: Mapping[str, str]
     missing_quantities: Sequence[str]
     names: Sequence[str]
     problem: str
     runs: Sequence[SniffedRun]
-    is_log: bool
+    may_be_log: bool
 
 
 @cache
@@ -181,7 +185,7 @@ def _settings() -> Settings:
     return resolve(CONFIG, {"campaign": "etm-slim"})
 
 
-def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
+def sniff(file: str, content: bytes, find_zero_source: ZeroSourceFinder) -> SniffedLog:
     """What a log of a traction rig probably holds."""
     format_name, names_and_units = _format_and_names(content)
     candidates_by_quantity = columns_by_quantity(names_and_units, VOCABULARY)
@@ -189,7 +193,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
     guessed_candidates = {
         quantity: candidates
         for quantity, candidates in candidates_by_quantity.items()
-        if not all(VOCABULARY.meaning(name) and unit for name, unit in candidates)
+        if not all(VOCABULARY.quantity_and_unit(name) and unit for name, unit in candidates)
     }
     only_candidate_of_quantity = {
         quantity: candidates[0]
@@ -197,7 +201,7 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         if len(candidates) == 1
     }
     unit_in_name_of_quantity = {
-        quantity: stated_unit(name)[1]
+        quantity: split_unit(name)[1]
         for quantity, (name, unit_beside_name) in only_candidate_of_quantity.items()
         if not unit_beside_name
     }
@@ -213,27 +217,29 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
         if quantity not in only_candidate_of_quantity and quantity != "time":
             continue
         name, unit_beside_name = candidates[0]
-        usual_unit = VOCABULARY.quantities[quantity][0]
-        unit = None if unit_beside_name else stated_unit(name)[1] or usual_unit
+        usual_unit = VOCABULARY.units_of_quantity[quantity][0]
+        unit = None if unit_beside_name else split_unit(name)[1] or usual_unit
         listed_column_of_quantity[quantity] = Column(name=[name], unit=unit)
     missing_quantities = _missing_quantities(candidates_by_quantity)
     runs: list[SniffedRun] = []
 
     def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         runs.append(
-            _sniffed_run(log.run_id[len(file) + 1 :], log, quantities_without_unit, zero_source)
+            _sniffed_run(
+                log.run_id[len(file) + 1 :], log, quantities_without_unit, find_zero_source
+            )
         )
         return log.logged_run("", {"row": log.row_numbers}, {}, None)
 
-    format_name, reading = read_log(
+    format_name, parsed_log = read_log(
         content,
         file,
         _settings(),
-        _kind_without_demands(
+        _schema_without_demands(
             listed_column_of_quantity, {*missing_quantities, "time"}, collect_run
         ),
     )
-    first_refusal = reading.refusals[0] if reading.refusals else base.Refusal("", "")
+    first_refusal = parsed_log.refusals[0] if parsed_log.refusals else base.Refusal("", "")
     # text is a log if a line names columns
     is_no_log = first_refusal.rule == "unknown_format" or (
         format_name == "csv" and not names_and_units
@@ -241,46 +247,46 @@ def sniff(file: str, content: bytes, zero_source: ZeroSource) -> SniffedLog:
     return SniffedLog(
         file,
         format_name,
-        reading.form,
+        parsed_log.dialect,
         guessed_candidates,
         unit_in_name_of_quantity,
-        missing_quantities=_missing_to_ask(missing_quantities, format_name),
+        missing_quantities=_quantities_to_ask_for(missing_quantities, format_name),
         names=list(dict.fromkeys(name for name, _ in names_and_units if name)),
         problem="" if runs else first_refusal.reason,
         runs=runs,
-        is_log=not is_no_log,
+        may_be_log=not is_no_log,
     )
 
 
-def _kind_without_demands(
+def _schema_without_demands(
     listed_columns: ListedColumns,
     unneeded_quantities: Set[str],
     collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
-) -> LogKind:
-    """A kind of log that reads what is there, without demands on header and columns."""
+) -> LogSchema:
+    """A schema that reads what is there, without demands on header and columns."""
 
     def columns_of_campaign(campaign: Campaign) -> ListedColumns:
         return listed_columns
 
     def no_problems(
-        keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
-    ) -> Problems:
+        text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+    ) -> HeaderProblems:
         return iter(())
 
-    def quantities_without_column(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+    def quantities_without_column(text_of_key: Mapping[str, str], settings: Settings) -> Set[str]:
         return unneeded_quantities
 
-    return LogKind(
+    return LogSchema(
         VOCABULARY,
         columns_of_campaign,
         no_problems,
         collect_run,
         sheet_keys=(),
-        unneeded_quantities=quantities_without_column,
+        find_unneeded_quantities=quantities_without_column,
     )
 
 
-def _missing_to_ask(missing_quantities: Sequence[str], format_name: str) -> list[str]:
+def _quantities_to_ask_for(missing_quantities: Sequence[str], format_name: str) -> list[str]:
     """The missing quantities that the user must name."""
     if format_name == "pcs":
         # the names in these exports are fixed
@@ -299,7 +305,7 @@ def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
         unpacked = unpack(content)
         format_name = recognised_format(unpacked) or format_name
         if format_name != "pcs":
-            _, logged_tables = READERS[format_name].tables(unpacked, _VOCABULARY_IN_WORDS)
+            _, logged_tables = READERS[format_name].tables(unpacked, _WORD_VOCABULARY)
             columns_of_tables = [
                 list(zip(table.names, table.units, strict=True)) for table in logged_tables
             ]
@@ -319,13 +325,18 @@ def _missing_quantities(candidates_by_quantity: Mapping[str, base.NamesAndUnits]
     if _TRACTION_COEFFICIENT in certain_quantities:
         # a table of mu has no force, and no time: its rows are settled readings
         certain_quantities |= {"traction_force", "time"}
-    speeds = max(VOCABULARY.alternatives, key=lambda pair: len(certain_quantities & set(pair)))
-    required = (*VOCABULARY.required, *speeds)
+    speeds = max(
+        VOCABULARY.alternative_quantities, key=lambda pair: len(certain_quantities & set(pair))
+    )
+    required = (*VOCABULARY.required_quantities, *speeds)
     return [quantity for quantity in required if quantity not in certain_quantities]
 
 
 def _sniffed_run(
-    name_in_file: str, log: UsableLog, quantities_without_unit: Set[str], zero_source: ZeroSource
+    name_in_file: str,
+    log: UsableLog,
+    quantities_without_unit: Set[str],
+    find_zero_source: ZeroSourceFinder,
 ) -> SniffedRun:
     """What columns and header lines of a run show.
 
@@ -333,13 +344,15 @@ def _sniffed_run(
         name_in_file: Name of the run in its file.
         log: The rows of the run.
         quantities_without_unit: Quantities whose unit is not known: nothing follows from them.
-        zero_source: Gives the source of the zero.
+        find_zero_source: Gives the source of the zero.
     """
     # the readers have added the oil and the rig of their settings
-    keys_of_settings = {"oil", "rig"} - log.understood.source_of_key.keys()
-    keys = {key: text for key, text in log.keys.items() if key not in keys_of_settings}
-    log_kind = keys.get("log_kind", "")
-    is_settled = log_kind == base.SETTLED or (
+    keys_of_settings = {"oil", "rig"} - log.interpretation.source_of_key.keys()
+    text_of_key = {
+        key: text for key, text in log.text_of_key.items() if key not in keys_of_settings
+    }
+    log_kind = text_of_key.get("log_kind", "")
+    is_settled = log_kind == base.SETTLED_LOG_KIND or (
         _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
     )
     no_values = np.full(len(log.row_numbers), np.nan)
@@ -352,21 +365,21 @@ def _sniffed_run(
     signals = (time_s, ball_speed, disc_speed, load, force)
     step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
     has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
-    key_of_oil = oil_key(keys) or "oil"
+    key_of_oil = other_oil_key(text_of_key) or "oil"
     return SniffedRun(
         name_in_file,
         key_of_oil,
-        keys.get(key_of_oil, ""),
-        keys.get("rig", ""),
-        set_point_lines=_set_point_lines(keys),
+        text_of_key.get(key_of_oil, ""),
+        text_of_key.get("rig", ""),
+        set_point_lines=_set_point_lines(text_of_key),
         measured_levels=_measured_levels(
             log, (ball_speed + disc_speed) / 2, quantities_without_unit
         ),
         is_settled=is_settled,
-        zero_source=zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
+        zero_source=find_zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
         unit_of_quantity=log.unit_of_quantity,
         log_kind=log_kind,
-        is_slow=not is_settled and step_s > _LONGEST_INTERVAL_S,
+        is_too_slow_for_seconds=not is_settled and step_s > _LONGEST_INTERVAL_S,
     )
 
 
@@ -399,12 +412,12 @@ def _measured_levels(
     # readings at standstill are no level of the run
     is_counted = is_turning if is_turning.any() else np.ones(len(log.row_numbers), dtype=bool)
     return {
-        set_point_key: _level(set_point_key, signal[is_counted])
+        set_point_key: _held_level(set_point_key, signal[is_counted])
         for set_point_key, signal in signal_by_set_point.items()
     }
 
 
-def _level(set_point_key: str, values: FloatArray) -> float:
+def _held_level(set_point_key: str, values: FloatArray) -> float:
     """The median, rounded like a set point, where the signal is held at a level; else NaN."""
     readings = values[np.isfinite(values)]
     if set_point_key != "inlet_temperature_c":
@@ -454,18 +467,18 @@ def _is_turning(speed: FloatArray) -> BoolArray:
 # ---------------------------------------------------------------- header lines
 
 
-def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
+def _set_point_lines(text_of_key: Mapping[str, str]) -> dict[str, tuple[str, float]]:
     """Key of a set point -> name and value of the header line that gives it with its unit.
 
     Of two lines for one set point the first counts.
     """
     line_of_set_point: dict[str, tuple[str, float]] = {}
-    for key, text in keys.items():
-        bare_key, unit_in_brackets = split_unit(key)
+    for key, text in text_of_key.items():
+        bare_key, unit_in_brackets = split_bracketed_unit(key)
         name = bare_key.replace("_", " ")
         last_word = plain_key(name.split(" ")[-1])
         _, unit_of_text = number_and_unit(text)
-        for set_point_key, (quantity, unit) in base.SET_POINT_UNITS.items():
+        for set_point_key, (quantity, unit) in base.QUANTITY_AND_UNIT_OF_SET_POINT.items():
             likely_meaning = meaning_of(name, unit, may_be_set_point=True)
             if key != set_point_key and (
                 likely_meaning is None or likely_meaning.quantity != quantity
@@ -489,7 +502,7 @@ def _set_point_lines(keys: Mapping[str, str]) -> dict[str, tuple[str, float]]:
     return line_of_set_point
 
 
-def set_points(run: SniffedRun) -> dict[str, float]:
+def measured_set_points(run: SniffedRun) -> dict[str, float]:
     """Key of a set point -> its measured level, without set points that the header gives."""
     keys_in_header = set(run.set_point_lines)
     # the load has one set point, as force or as pressure
@@ -502,12 +515,12 @@ def set_points(run: SniffedRun) -> dict[str, float]:
     }
 
 
-def rows_of_sheet(log: SniffedLog) -> Sequence[SniffedRun]:
+def runs_for_run_sheet(log: SniffedLog) -> Sequence[SniffedRun]:
     """The runs of a log that need a row of the run sheet; one for all where they are alike."""
     if not log.runs:
         return [SniffedRun()]
     first_run = log.runs[0]
-    if all(set_points(run) == set_points(first_run) for run in log.runs):
+    if all(measured_set_points(run) == measured_set_points(first_run) for run in log.runs):
         return [replace(first_run, name_in_file="")]
     return log.runs
 
@@ -545,7 +558,7 @@ class Findings:
         return [
             log
             for log in self.logs
-            if log.runs or len(log.candidates) >= _FEWEST_RECOGNISED_COLUMNS
+            if log.runs or len(log.candidates_of_quantity) >= _FEWEST_RECOGNISED_COLUMNS
         ]
 
     @cached_property
@@ -553,29 +566,32 @@ class Findings:
         """Quantity -> the names that its only candidate has in the logs."""
         names: list[tuple[str, str]] = []
         for log in self.logs_with_columns:
-            for quantity, candidates in log.candidates.items():
+            for quantity, candidates in log.candidates_of_quantity.items():
                 if len(candidates) > 1:
                     continue
                 name, unit = candidates[0]
                 # a unit in brackets is read; without one the name stays as the log writes it
-                names.append((quantity, split_unit(name)[0] if unit else name))
-        return _grouped(names)
+                names.append((quantity, split_bracketed_unit(name)[0] if unit else name))
+        return _texts_by_key(names)
 
     @property
     def names_to_choose_from(self) -> dict[str, list[str]]:
         """Quantities without a column or with several candidates -> the names to choose from."""
-        choices: dict[str, dict[str, None]] = {}
+        choices_of_quantity: dict[str, dict[str, None]] = {}
         for log in self.logs_with_columns:
             candidates_by_quantity = {
                 quantity: [name for name, _ in candidates]
-                for quantity, candidates in log.candidates.items()
+                for quantity, candidates in log.candidates_of_quantity.items()
                 if len(candidates) > 1
             }
             unused = [name for name in log.names if _is_unused(name, log)]
             for quantity in {*log.missing_quantities, *candidates_by_quantity}:
                 names = candidates_by_quantity.get(quantity, unused)
-                choices.setdefault(quantity, {}).update(dict.fromkeys(names))
-        return {quantity: list(choices[quantity]) for quantity in sorted(choices)}
+                choices_of_quantity.setdefault(quantity, {}).update(dict.fromkeys(names))
+        return {
+            quantity: list(choices_of_quantity[quantity])
+            for quantity in sorted(choices_of_quantity)
+        }
 
     def unit_for_campaign_file(self, quantity: str) -> tuple[str, bool]:
         """The unit for the campaign file, and whether it is unknown.
@@ -592,7 +608,11 @@ class Findings:
         if len(units) > 1:
             return "", True
         unit = units.pop()
-        if not unit and quantity == "time" and not any(run.is_slow for run in self.runs):
+        if (
+            not unit
+            and quantity == "time"
+            and not any(run.is_too_slow_for_seconds for run in self.runs)
+        ):
             unit = "s"
         return unit, unit == ""
 
@@ -602,7 +622,7 @@ class Findings:
         names = [("oil", run.oil_key.replace("_", " ")) for run in self.runs if run.oil_key]
         for run in self.runs:
             names += [(key, name) for key, (name, _) in run.set_point_lines.items()]
-        return _grouped((key, name) for key, name in names if plain_key(name) != key)
+        return _texts_by_key((key, name) for key, name in names if plain_key(name) != key)
 
     @cached_property
     def labels_of_oil(self) -> dict[str, list[str]]:
@@ -610,8 +630,8 @@ class Findings:
         labels = dict.fromkeys(run.oil_name for run in self.runs if run.oil_name)
         if not labels:
             return {"my-oil": []}
-        return _grouped(
-            (_oil_id(label) or f"oil-{number}", label)
+        return _texts_by_key(
+            (_new_oil_id(label) or f"oil-{number}", label)
             for number, label in enumerate(labels, start=1)
         )
 
@@ -662,7 +682,7 @@ class Findings:
         return Counter(run.zero_source for run in self.runs if run.zero_source != "")
 
     @property
-    def slip_is_logged(self) -> bool:
+    def is_slip_logged(self) -> bool:
         """Whether the slip comes from a logged slide-roll ratio, whose definition is not known."""
         return any(
             run.unit_of_quantity and "ball_speed" not in run.unit_of_quantity for run in self.runs
@@ -673,7 +693,7 @@ class Findings:
         """Whether two runs of one oil have the same set points."""
         conditions = []
         for run in self.runs:
-            levels = set_points(run)
+            levels = measured_set_points(run)
             levels |= {set_point: value for set_point, (_, value) in run.set_point_lines.items()}
             has_all_levels = (
                 levels.keys() >= {"entrainment_speed_m_s", "inlet_temperature_c"}
@@ -687,10 +707,10 @@ class Findings:
     @property
     def uses_decimal_comma(self) -> bool:
         """Whether the laboratory writes numbers with a comma."""
-        return any(log.form.decimal_mark == "comma" for log in self.logs)
+        return any(log.dialect.decimal_mark == "comma" for log in self.logs)
 
 
-def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
+def _texts_by_key(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
     """Key -> its different texts, in the order in which they come."""
     texts_of_key: dict[str, list[str]] = {}
     for key, text in dict.fromkeys(pairs):
@@ -701,12 +721,14 @@ def _grouped(pairs: Iterable[tuple[str, str]]) -> dict[str, list[str]]:
 def _is_unused(name: str, log: SniffedLog) -> bool:
     """Whether a column of a log has no likely meaning."""
     candidate_names = {
-        candidate for candidates in log.candidates.values() for candidate, _ in candidates
+        candidate
+        for candidates in log.candidates_of_quantity.values()
+        for candidate, _ in candidates
     }
-    return name not in candidate_names and VOCABULARY.meaning(name) is None
+    return name not in candidate_names and VOCABULARY.quantity_and_unit(name) is None
 
 
-def _oil_id(label: str) -> str:
+def _new_oil_id(label: str) -> str:
     """The shipped oil that is a word of a label, else the label as an id."""
     words = re.findall(r"\w+", plain_key(label).replace("_", " "))
     id_of_shipped_name = shipped_names("oils")
@@ -718,8 +740,8 @@ def _oil_id(label: str) -> str:
 
 def _slug(label: str) -> str:
     """A name as an id: ASCII letters, digits and '-'; empty where it has others."""
-    plain = unicodedata.normalize("NFKD", label.casefold().translate(_UMLAUTS))
-    plain = "".join(letter for letter in plain if not unicodedata.combining(letter))
-    if not plain.isascii():
+    decomposed = unicodedata.normalize("NFKD", label.casefold().translate(_UMLAUTS))
+    base_letters = "".join(letter for letter in decomposed if not unicodedata.combining(letter))
+    if not base_letters.isascii():
         return ""
-    return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:60]
+    return re.sub(r"[^a-z0-9]+", "-", base_letters).strip("-")[:60]

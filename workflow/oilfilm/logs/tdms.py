@@ -11,10 +11,16 @@ from nptdms import TdmsChannel, TdmsFile, TdmsGroup
 from nptdms.log import log_manager
 
 from oilfilm.base.plain_key import plain_key
-from oilfilm.logs.base import NO_TEXT, Refusal, UnreadableLogError, check_row_count, distinct_names
-from oilfilm.logs.columns import as_seconds, header_text, texts_of
-from oilfilm.logs.header import keys_of_part
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.base import (
+    NO_DIALECT,
+    Refusal,
+    UnreadableLogError,
+    check_row_count,
+    distinct_names,
+)
+from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
+from oilfilm.logs.header import header_of_part
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
 _TAG = b"TDSm"
@@ -31,22 +37,22 @@ _EARLIEST_START = np.datetime64("1970-01-01")
 log_manager.set_level(logging.ERROR)
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True where the file begins with the tag of a segment."""
-    return head.startswith(_TAG)
+    return first_bytes.startswith(_TAG)
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     """See `ingest.Reader.tables`."""
-    refusal, value_bytes = _read_segments(content)
+    refusal, value_byte_count = _read_segments(content)
     with TdmsFile.open(io.BytesIO(content)) as log:
         channels = [channel for group in log.groups() for channel in group.channels()]
         properties = [log.properties]
         properties += [group.properties for group in log.groups()]
         properties += [channel.properties for channel in channels]
-        _check_claims(channels, properties, content)
+        _check_claimed_sizes(channels, properties, content)
         if not refusal:
-            _check_value_bytes(channels, value_bytes)
+            _check_value_byte_count(channels, value_byte_count)
         groups = [
             group for group in log.groups() if any(len(channel) > 0 for channel in group.channels())
         ]
@@ -57,7 +63,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
         if len(groups) == 1:
             run_names = [""]
         # read here, while the file is open
-        return NO_TEXT, [
+        return NO_DIALECT, [
             _table(group, log.properties, run_name, refusal, vocabulary, content)
             for group, run_name in zip(groups, run_names, strict=True)
         ]
@@ -67,50 +73,51 @@ def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
     """A refusal if the last segment is incomplete, and the number of bytes of values before it."""
     position = 0
     segment_number = 0
-    value_bytes = 0
+    value_byte_count = 0
     while position < len(content):
         segment_number += 1
-        incomplete = Refusal(
+        incomplete_refusal = Refusal(
             "truncated",
             f"the file ends within segment {segment_number}, which was not written to its end",
         )
         lead_in = content[position : position + _LEAD_IN_BYTES]
         if not _TAG.startswith(lead_in[:4]):
             # another tag is damage, which the library reports
-            return None, value_bytes
+            return None, value_byte_count
         if len(lead_in) < _LEAD_IN_BYTES:
-            return incomplete, value_bytes
+            return incomplete_refusal, value_byte_count
         byte_order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
-        segment_bytes, metadata_bytes = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
-        end = position + _LEAD_IN_BYTES + segment_bytes
-        if segment_bytes == _UNKNOWN_END or end > len(content):
-            return incomplete, value_bytes
+        segment_byte_count, metadata_byte_count = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
+        end = position + _LEAD_IN_BYTES + segment_byte_count
+        if segment_byte_count == _UNKNOWN_END or end > len(content):
+            return incomplete_refusal, value_byte_count
         position = end
-        value_bytes += segment_bytes - metadata_bytes
-    return None, value_bytes
+        value_byte_count += segment_byte_count - metadata_byte_count
+    return None, value_byte_count
 
 
-def _check_value_bytes(channels: Sequence[TdmsChannel], value_bytes: int) -> None:
+def _check_value_byte_count(channels: Sequence[TdmsChannel], value_byte_count: int) -> None:
     """Compare the values of the channels with those of the segments.
 
     Raises:
         ValueError: The numbers of bytes differ.
     """
-    bytes_of_channels = 0
+    channel_byte_count = 0
     for channel in channels:
         # channels without data have no type
-        value_size = getattr(channel.data_type, "size", 0)
-        if value_size is None:
+        bytes_per_value = getattr(channel.data_type, "size", 0)
+        if bytes_per_value is None:
             # texts and raw data of DAQmx have no size: nothing can be compared
             return
-        bytes_of_channels += len(channel) * value_size
-    if bytes_of_channels != value_bytes:
+        channel_byte_count += len(channel) * bytes_per_value
+    if channel_byte_count != value_byte_count:
         raise ValueError(
-            f"its channels have {bytes_of_channels} bytes of values, its segments {value_bytes}"
+            f"its channels have {channel_byte_count} bytes of values, its segments "
+            f"{value_byte_count}"
         )
 
 
-def _check_claims(
+def _check_claimed_sizes(
     channels: Sequence[TdmsChannel],
     properties_of_objects: Sequence[Mapping[str, Any]],
     content: bytes,
@@ -120,9 +127,9 @@ def _check_claims(
     Raises:
         ValueError: More values are claimed than the file has bytes, or more than `_MOST_SCALINGS`.
     """
-    claimed_values = sum(len(channel) for channel in channels)
-    if claimed_values > len(content):
-        raise ValueError(f"it claims {claimed_values} values in {len(content)} bytes")
+    claimed_value_count = sum(len(channel) for channel in channels)
+    if claimed_value_count > len(content):
+        raise ValueError(f"it claims {claimed_value_count} values in {len(content)} bytes")
     for properties_of_object in properties_of_objects:
         for name, value in properties_of_object.items():
             is_count = name.startswith("NI_") and name.endswith(("_Size", "_Scales"))
@@ -145,17 +152,19 @@ def _table(
     channels = group.channels()
     names = [channel.name.strip() for channel in channels]
     units = [_unit(channel) for channel in channels]
-    meanings = vocabulary.meanings(names, units)
-    read_indices = list(meanings) or range(len(channels))
+    quantities_and_units = vocabulary.quantities_and_units(names, units)
+    read_indices = list(quantities_and_units) or range(len(channels))
     row_count = max(len(channels[column_index]) for column_index in read_indices)
     check_row_count(row_count)
     numbers_of_index = {
-        column_index: as_seconds(np.asarray(channels[column_index][:])) for column_index in meanings
+        column_index: as_seconds(np.asarray(channels[column_index][:]))
+        for column_index in quantities_and_units
     }
 
-    def read_values(read_indices: Sequence[int]) -> list[Values]:
+    def read_values(column_indices: Sequence[int]) -> list[Values]:
         return [
-            _with_length(numbers_of_index[column_index], row_count) for column_index in read_indices
+            _with_length(numbers_of_index[column_index], row_count)
+            for column_index in column_indices
         ]
 
     group_name = group.name
@@ -166,20 +175,22 @@ def _table(
             channel = log[group_name].channels()[column_index]
             if len(channel) != row_count:
                 return np.full(row_count, "", dtype=object)
-            return texts_of(np.asarray(channel[:]))
+            return texts_of_values(np.asarray(channel[:]))
 
-    starts_s = _starts_s([channels[column_index].properties for column_index in read_indices])
+    starts_s = _start_s_of_channels(
+        [channels[column_index].properties for column_index in read_indices]
+    )
     clock_of_column: dict[int, Clock] = {}
     for column_index, start_s in zip(read_indices, starts_s, strict=True):
         if "wf_increment" in channels[column_index].properties:
             interval_s = float(channels[column_index].properties["wf_increment"])
             clock_of_column[column_index] = Clock(start_s, interval_s, "s")
-    keys_of_file, keys_of_group = (
-        {plain_key(name): header_text(value) for name, value in properties.items()}
+    text_of_file_key, keys_of_group = (
+        {plain_key(name): text_of_value(value) for name, value in properties.items()}
         for properties in (file_properties, group.properties)
     )
     return LoggedTable(
-        keys_of_part(keys_of_file, keys_of_group),
+        header_of_part(text_of_file_key, keys_of_group),
         names,
         units,
         read_values,
@@ -191,7 +202,7 @@ def _table(
     )
 
 
-def _starts_s(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
+def _start_s_of_channels(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
     """Start of each channel after that of the first one, in s: by its start time and offset.
 
     Start times count only where all channels have one; LabVIEW writes an unknown one as of 1904.

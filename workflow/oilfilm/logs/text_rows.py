@@ -26,12 +26,12 @@ from oilfilm.base.units import BoolArray, FloatArray
 HEAD_BYTES = 1 << 16
 _EMPTY_LINES = re.compile(rb"\n\n+")
 _HIGH_BYTES = re.compile(rb"[\x80-\xff]+")
-# UTF-16 has no four zeros in a row.
-# An even number of zeros: beside a block, half of a character in UTF-16 may be zero.
+# UTF-16 has no four zeros in a row. The number is even, because half of a character in UTF-16
+# beside the block may be zero.
 _ZERO_BLOCK = re.compile(rb"(?:\0\0){2,}")
-_UTF8_MARK = b"\xef\xbb\xbf"
-_UTF16_MARKS = (b"\xff\xfe", b"\xfe\xff")
-# The encoding is judged by so many sequences of bytes of 128 and above.
+_UTF8_BOM = b"\xef\xbb\xbf"
+_UTF16_BOMS = (b"\xff\xfe", b"\xfe\xff")
+# The encoding is judged by so many sequences of high bytes (128 and above).
 _SEQUENCES_SEARCHED = 10_000
 # One or two letters of western languages between ASCII characters, and signs of units in
 # Windows-1252. Before an ASCII letter a raised 2 or 3 is a letter of another encoding.
@@ -59,15 +59,15 @@ def encoding_of(content: bytes) -> str:
     - western letters and signs have one in Windows-1252, between ASCII letters;
     - other texts have the encoding in which their letters are as frequent as in a language.
     """
-    if content.startswith(_UTF8_MARK):
+    if content.startswith(_UTF8_BOM):
         return "utf-8"
-    if content.startswith(_UTF16_MARKS):
+    if content.startswith(_UTF16_BOMS):
         return "utf-16"
     first_bytes = without_zero_blocks(content[:2000])
-    zeros_at_odd = first_bytes[1::2].count(0)
-    zeros_at_even = first_bytes[0::2].count(0)
-    if max(zeros_at_odd, zeros_at_even) > len(first_bytes) / 4:
-        return "utf-16-le" if zeros_at_odd > zeros_at_even else "utf-16-be"
+    zero_count_at_odd = first_bytes[1::2].count(0)
+    zero_count_at_even = first_bytes[0::2].count(0)
+    if max(zero_count_at_odd, zero_count_at_even) > len(first_bytes) / 4:
+        return "utf-16-le" if zero_count_at_odd > zero_count_at_even else "utf-16-be"
     if content.isascii():
         return "ascii"
     with suppress(UnicodeDecodeError):
@@ -113,9 +113,9 @@ def _detected_encoding(content: bytes) -> str:
     return best_match.encoding if best_match else ""
 
 
-def without_zero_blocks(head: bytes) -> bytes:
+def without_zero_blocks(first_bytes: bytes) -> bytes:
     """The first bytes of a file without blocks of zeros, which a full disk or a logger leaves."""
-    return _ZERO_BLOCK.sub(b"", head)
+    return _ZERO_BLOCK.sub(b"", first_bytes)
 
 
 def normalised(content: bytes, encoding: str | None = None) -> bytes:
@@ -132,7 +132,7 @@ def normalised(content: bytes, encoding: str | None = None) -> bytes:
     encoding = encoding or encoding_of(content)
     if encoding != "ascii":
         content = content.decode(encoding, "replace").encode("utf-8")
-    content = content.removeprefix(_UTF8_MARK)
+    content = content.removeprefix(_UTF8_BOM)
     if b"\r" in content:
         content = content.replace(b"\r\n", b"\n").replace(b"\r", b"\n")
     return _EMPTY_LINES.sub(b"\n", content).lstrip(b"\n")
@@ -225,12 +225,12 @@ class TextTable:
         (cells,) = self._cells(ended_rows, [column_index], arrow.binary(), misfit_row_numbers)
         # few texts differ: one object for each
         encoded_cells = cells.combine_chunks().dictionary_encode()
-        different_texts = [
+        distinct_texts = [
             cell.decode("utf-8", "replace").strip(' "')
             for cell in encoded_cells.dictionary.to_pylist()
         ]
         codes = encoded_cells.indices.to_numpy()
-        texts[self._has_all_cells(misfit_row_numbers)] = np.array(different_texts, dtype=object)[
+        texts[self._has_all_cells(misfit_row_numbers)] = np.array(distinct_texts, dtype=object)[
             codes
         ]
         return texts
@@ -348,7 +348,7 @@ _DATE = r"(?P<date>\d{4}([-/.])\d{1,2}\2\d{1,2}|\d{1,2}\.\d{1,2}\.\d{4})"
 _TIME_OF_DAY = r"(?P<h>\d{1,4}):(?P<min>[0-5]\d)(?::(?P<s>[0-5]\d(?:[.,]\d{1,9})?))?"
 _TIME_ZONE = r"\s?(?:Z|(?P<zone_h>[+-]\d\d)(?::?(?P<zone_min>\d\d))?)?"
 _TIME_STAMP = re.compile(rf"(?:{_DATE}(?:T|\s+))?{_TIME_OF_DAY}{_TIME_ZONE}")
-DATE = re.compile(_DATE)
+DATE_PATTERN = re.compile(_DATE)
 _NUMBER_FIELDS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
 _S_PER_DAY = 86_400.0
 _S_PER_HOUR = 3_600.0
@@ -363,7 +363,7 @@ def is_stamp(cell: str) -> bool:
 
 def is_date(cell: str) -> bool:
     """Whether a cell holds a date alone."""
-    return DATE.fullmatch(cell) is not None
+    return DATE_PATTERN.fullmatch(cell) is not None
 
 
 def seconds_of_stamps(
@@ -392,7 +392,7 @@ def seconds_of_stamps(
     )
     local_s = number_fields["h"] * _S_PER_HOUR + number_fields["min"] * 60 + number_fields["s"]
     time_s: FloatArray = (local_s - 60 * zone_offset_min).to_numpy(np.float64, copy=True)
-    days = _days(fields["date"] if dates is None else dates)
+    days = _days_since_1970(fields["date"] if dates is None else dates)
     has_dates = bool(np.isfinite(days).any())
     if has_dates:
         # counted from the first day, because the seconds of centuries leave too few digits
@@ -401,29 +401,33 @@ def seconds_of_stamps(
     if len(rows_with_time):
         time_s -= time_s[rows_with_time[0]]
         if not has_dates:
-            is_midnight = _is_midnight(time_s[rows_with_time])
-            time_s[rows_with_time] += _S_PER_DAY * np.cumsum(is_midnight)
+            begins_next_day = _begins_next_day(time_s[rows_with_time])
+            time_s[rows_with_time] += _S_PER_DAY * np.cumsum(begins_next_day)
     return time_s
 
 
-def _is_midnight(time_of_day_s: FloatArray) -> BoolArray:
+def _begins_next_day(time_of_day_s: FloatArray) -> BoolArray:
     """Mask of the rows that begin the next day, shape (rows,)."""
-    steps = np.diff(time_of_day_s, prepend=time_of_day_s[0])
-    is_midnight = steps < -_S_PER_DAY / 2
-    rows_after_jump = np.flatnonzero(np.abs(steps) > _S_PER_DAY / 2).tolist()
-    first_right_row = 0
+    steps_s = np.diff(time_of_day_s, prepend=time_of_day_s[0])
+    begins_next_day = steps_s < -_S_PER_DAY / 2
+    rows_after_jump = np.flatnonzero(np.abs(steps_s) > _S_PER_DAY / 2).tolist()
+    first_unmarked_row = 0
     for row, next_row in pairwise(rows_after_jump):
-        returns = steps[row] * steps[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
-        goes_on = time_of_day_s[next_row] >= time_of_day_s[row - 1]
-        if row >= first_right_row and returns and goes_on:
-            is_midnight[[row, next_row]] = False
-            first_right_row = next_row + 1
-    return is_midnight
+        returns_to_course = (
+            steps_s[row] * steps_s[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
+        )
+        time_rises = time_of_day_s[next_row] >= time_of_day_s[row - 1]
+        if row >= first_unmarked_row and returns_to_course and time_rises:
+            begins_next_day[[row, next_row]] = False
+            first_unmarked_row = next_row + 1
+    return begins_next_day
 
 
-def _days(texts: "pd.Series[str]") -> FloatArray:
+def _days_since_1970(texts: "pd.Series[str]") -> FloatArray:
     """Days since 1970, shape (rows,); NaN where a cell holds no date."""
-    dates = texts.where(texts.str.fullmatch(DATE, na=False)).str.replace("[/.]", "-", regex=True)
+    dates = texts.where(texts.str.fullmatch(DATE_PATTERN, na=False)).str.replace(
+        "[/.]", "-", regex=True
+    )
     year_first = pd.to_datetime(dates, format="%Y-%m-%d", errors="coerce")
     day_first = pd.to_datetime(dates, format="%d-%m-%Y", errors="coerce")
     days = (year_first.fillna(day_first) - pd.Timestamp(0)) / pd.Timedelta(days=1)

@@ -7,13 +7,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.logs.base import Columns, LoggedRun, Refusal
+from oilfilm.logs.base import ColumnArrays, LoggedRun, Refusal
 from oilfilm.logs.header import simulation_problem, unknown_name_problem
-from oilfilm.logs.log_kind import (
+from oilfilm.logs.log_schema import (
+    HeaderProblems,
     ListedColumns,
     LoggedColumn,
-    LogKind,
-    Problems,
+    LogSchema,
     UsableLog,
     Vocabulary,
 )
@@ -21,7 +21,7 @@ from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
 # Column name of the project, with its unit -> quantity and unit. Every log must have all of them.
-_PROJECT_NAMES = {
+_QUANTITY_AND_UNIT_OF_PROJECT_NAME = {
     "time_s": ("time", "s"),
     "axial_load_n": ("axial_load", "N"),
     "inner_speed_rpm": ("inner_speed", "rpm"),
@@ -32,26 +32,26 @@ _PROJECT_NAMES = {
 
 
 def _header_problems(
-    keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
-) -> Problems:
-    yield unknown_name_problem("oil", keys, settings.oils)
+    text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+) -> HeaderProblems:
+    yield unknown_name_problem("oil", text_of_key, settings.oils)
     bearing = torque_section(settings.campaign).bearing
-    logged_bearing = keys.get("bearing", bearing)
+    logged_bearing = text_of_key.get("bearing", bearing)
     if logged_bearing != bearing:
         reason = f"the header says bearing {logged_bearing[:60]!r}; the campaign's is {bearing!r}"
         advice = "Correct the header, or put the log into a campaign of its own."
         yield Refusal("other_bearing", reason, advice)
-    yield simulation_problem(keys, settings)
+    yield simulation_problem(text_of_key, settings)
 
 
-def _run(log: UsableLog, settings: Settings) -> LoggedRun:
+def _make_run(log: UsableLog, settings: Settings) -> LoggedRun:
     """The run of a log. Samples have `row` and the columns of the project; `rig` is the bearing."""
-    samples: Columns = {"row": log.row_numbers}
-    for name, (quantity, _) in _PROJECT_NAMES.items():
+    samples: ColumnArrays = {"row": log.row_numbers}
+    for name, (quantity, _) in _QUANTITY_AND_UNIT_OF_PROJECT_NAME.items():
         samples[name] = log.values_of_quantity[quantity]
     bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
-    log = replace(log, keys={**log.keys, "log_kind": "continuous"})
+    log = replace(log, text_of_key={**log.text_of_key, "log_kind": "continuous"})
     return log.logged_run(bearing, samples, set_points={}, refusal=None)
 
 
@@ -72,15 +72,17 @@ def _listed_columns(campaign: Campaign) -> ListedColumns:
 
 
 # Axial load, speed, temperatures and friction torque of a bearing against time.
-TORQUE = LogKind(
+TORQUE = LogSchema(
     Vocabulary(
         "torque",
         columns_key="torque: columns",
-        project_names=_PROJECT_NAMES,
-        required=tuple(quantity for quantity, _ in _PROJECT_NAMES.values()),
+        quantity_and_unit_of_project_name=_QUANTITY_AND_UNIT_OF_PROJECT_NAME,
+        required_quantities=tuple(
+            quantity for quantity, _ in _QUANTITY_AND_UNIT_OF_PROJECT_NAME.values()
+        ),
     ),
     _listed_columns,
     _header_problems,
-    _run,
+    _make_run,
     sheet_keys=("bearing",),
 )

@@ -11,11 +11,11 @@ import numpy as np
 from oilfilm import tables
 from oilfilm.base.units import PA_PER_GPA, FloatArray, IndexArray, rpm_to_surface_speed
 from oilfilm.logs import base, header
-from oilfilm.logs.log_kind import (
+from oilfilm.logs.log_schema import (
+    HeaderProblems,
     ListedColumns,
     LoggedColumn,
-    LogKind,
-    Problems,
+    LogSchema,
     UsableLog,
     Vocabulary,
 )
@@ -26,9 +26,9 @@ from oilfilm.settings.config import LoggedTwiceSettings
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Rig
 
-_REQUIRED = ("time", "load", "traction_force", "inlet_temperature")
+_REQUIRED_QUANTITIES = ("time", "load", "traction_force", "inlet_temperature")
 # A rig that gives mu alone needs no force: mu of positive slip is positive.
-_SUBSTITUTES = {"traction_force": "traction_coefficient"}
+_SUBSTITUTE_OF_QUANTITY = {"traction_force": "traction_coefficient"}
 # Each pair gives both surface speeds.
 _SPEED_PAIRS = (("ball_speed", "disc_speed"), ("entrainment_speed", "slide_roll_ratio"))
 # On rigs that reverse the slip: the force with the disc faster, and with the ball faster.
@@ -48,7 +48,7 @@ _SHARE_OF_READINGS = 0.9
 _FEWEST_READINGS = 5
 _LARGEST_DIFFERENCE_OF_SAME_SLIP = 0.002
 # Column name of the project, with its unit -> quantity and unit.
-_PROJECT_NAMES = {
+_QUANTITY_AND_UNIT_OF_PROJECT_NAME = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
@@ -81,29 +81,29 @@ _SAMPLE_COLUMN_OF_QUANTITY = {
 
 
 def _header_problems(
-    keys: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
-) -> Problems:
+    text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
+) -> HeaderProblems:
     """The problems of a header, one after the other. A later check relies on the earlier ones."""
-    yield header.unknown_name_problem("oil", keys, settings.oils)
-    yield header.unknown_name_problem("rig", keys, settings.rigs)
-    yield header.simulation_problem(keys, settings)
-    log_kind = keys.get("log_kind", "continuous")
-    if log_kind not in ("continuous", base.SETTLED):
+    yield header.unknown_name_problem("oil", text_of_key, settings.oils)
+    yield header.unknown_name_problem("rig", text_of_key, settings.rigs)
+    yield header.simulation_problem(text_of_key, settings)
+    log_kind = text_of_key.get("log_kind", "continuous")
+    if log_kind not in ("continuous", base.SETTLED_LOG_KIND):
         reason = f"the header says log_kind: {log_kind[:120]!r}; expected continuous or steps"
         advice = "Nothing to do if this is not a slip sweep; otherwise correct the header."
         yield base.Refusal("not_a_sweep", reason, f"{advice} {header.FORMAT_ADVICE}")
-    yield header.misspelt_key_problem(keys, settings)
+    yield header.misspelt_key_problem(text_of_key, settings)
     for set_point_key in base.SET_POINT_KEYS:
         if (
-            set_point_key in keys
-            and base.parse_set_point(set_point_key, keys[set_point_key]) is None
+            set_point_key in text_of_key
+            and base.parse_set_point(set_point_key, text_of_key[set_point_key]) is None
         ):
             reason = (
-                f"the header says {set_point_key}: {keys[set_point_key][:60]!r}; expected "
-                f"{header.expected_text(set_point_key, keys[set_point_key])}"
+                f"the header says {set_point_key}: {text_of_key[set_point_key][:60]!r}; expected "
+                f"{header.expectation_in_words(set_point_key, text_of_key[set_point_key])}"
             )
             yield base.Refusal("header", reason, f"Correct the header. {header.FORMAT_ADVICE}")
-    yield _missing_rig_values(keys["rig"], columns, settings)
+    yield _missing_rig_values(text_of_key["rig"], columns, settings)
 
 
 def _missing_rig_values(
@@ -112,34 +112,34 @@ def _missing_rig_values(
     """A problem where the units of the columns need values that the rig file does not have."""
     rig = settings.rigs[rig_name]
     units = {column.quantity: column.conversion.unit for column in columns}
-    missing = []
+    missing_rig_keys = []
     if units.get("ball_speed") == "rpm" and rig.ball_track_radius_m is None:
-        missing.append("ball_track_radius_m")
+        missing_rig_keys.append("ball_track_radius_m")
     if units.get("disc_speed") == "rpm" and rig.disc_track_radius_m is None:
-        missing.append("disc_track_radius_m")
+        missing_rig_keys.append("disc_track_radius_m")
     if units.get("load") == "GPa" and rig.ball_radius_m is None:
-        missing.append("ball_radius_m")
+        missing_rig_keys.append("ball_radius_m")
     if units.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is None:
-        missing.append("torque_arm_m")
-    if not missing:
+        missing_rig_keys.append("torque_arm_m")
+    if not missing_rig_keys:
         return None
     return base.Refusal(
         "rig",
-        f"speeds in rpm, a load as pressure or a force as torque need {', '.join(missing)} of the "
-        f"rig {rig_name!r}",
+        "speeds in rpm, a load as pressure or a force as torque need "
+        f"{', '.join(missing_rig_keys)} of the rig {rig_name!r}",
         f"Add it to config/rigs/{rig_name}.yaml.",
     )
 
 
-def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
+def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     """The run of a log, its loads as forces and its speeds as surface speeds."""
-    rig_name = log.keys["rig"]
+    rig_name = log.text_of_key["rig"]
     rig = settings.rigs[rig_name]
     semantics = settings.campaign.semantics_for(rig_name)
-    set_points = stated_set_points(log.keys, settings)
+    set_points = stated_set_points(log.text_of_key, settings)
     row_count = len(log.row_numbers)
     values_of_quantity = dict(log.values_of_quantity)
-    if log.keys.get("log_kind") == base.SETTLED:
+    if log.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND:
         for quantity, value in _value_of_unneeded_quantity(set_points).items():
             if quantity not in values_of_quantity:
                 values_of_quantity[quantity] = np.full(row_count, value)
@@ -162,7 +162,7 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     ball_m_s, disc_m_s = _surface_speeds(values_of_quantity, log.unit_of_quantity, rig, semantics)
     # a broadcast number takes no memory
     unknown_values = np.broadcast_to(np.nan, row_count)
-    samples: base.Columns = {name: unknown_values for name in tables.columns("samples")}
+    samples: base.ColumnArrays = {name: unknown_values for name in tables.columns("samples")}
     del samples["run_id"]
     for quantity, column in _SAMPLE_COLUMN_OF_QUANTITY.items():
         if quantity in values_of_quantity:
@@ -176,7 +176,7 @@ def _run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     refusal = refusal or _slip_unit_refusal(log, values_of_quantity)
     if contact is not None:
         refusal = refusal or _rig_radius_refusal(values_of_quantity, set_points, contact, rig_name)
-    if log.keys.get("log_kind") != base.SETTLED:
+    if log.text_of_key.get("log_kind") != base.SETTLED_LOG_KIND:
         refusal = refusal or _settled_readings_refusal(
             values_of_quantity["time"], ball_m_s, disc_m_s
         )
@@ -272,19 +272,19 @@ def _value_of_unneeded_quantity(set_points: base.SetPoints) -> dict[str, float]:
     for set_point_key, value in set_points.items():
         # the load follows from the pressure
         if set_point_key != "max_hertz_pressure_gpa":
-            quantity, _ = base.SET_POINT_UNITS[set_point_key]
+            quantity, _ = base.QUANTITY_AND_UNIT_OF_SET_POINT[set_point_key]
             value_of_quantity[quantity] = value
     return value_of_quantity
 
 
-def _unneeded_quantities(keys: Mapping[str, str], settings: Settings) -> frozenset[str]:
+def _unneeded_quantities(text_of_key: Mapping[str, str], settings: Settings) -> frozenset[str]:
     """Quantities for which a log needs no column: of settled readings time and set points."""
-    if keys.get("log_kind") != base.SETTLED:
+    if text_of_key.get("log_kind") != base.SETTLED_LOG_KIND:
         return frozenset()
-    return frozenset(_value_of_unneeded_quantity(stated_set_points(keys, settings)))
+    return frozenset(_value_of_unneeded_quantity(stated_set_points(text_of_key, settings)))
 
 
-def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPoints:
+def stated_set_points(text_of_key: Mapping[str, str], settings: Settings) -> base.SetPoints:
     """Set points of a run; those of its header replace those of the campaign file.
 
     The load follows from the pressure where the contact of the rig is known.
@@ -292,8 +292,8 @@ def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPo
     from_header: dict[str, float] = {}
     for set_point_key in base.SET_POINT_KEYS:
         value = (
-            base.parse_set_point(set_point_key, keys[set_point_key])
-            if set_point_key in keys
+            base.parse_set_point(set_point_key, text_of_key[set_point_key])
+            if set_point_key in text_of_key
             else None
         )
         if value is not None:
@@ -304,7 +304,7 @@ def stated_set_points(keys: Mapping[str, str], settings: Settings) -> base.SetPo
         include=set(base.SET_POINT_KEYS) - replaced_keys, exclude_none=True
     )
     set_points = from_campaign | from_header
-    rig = settings.rigs.get(keys.get("rig", ""))
+    rig = settings.rigs.get(text_of_key.get("rig", ""))
     contact = rig.contact() if rig else None
     pressure_gpa = set_points.get("max_hertz_pressure_gpa")
     if contact is not None and pressure_gpa is not None and "load_n" not in set_points:
@@ -390,7 +390,7 @@ def _contradiction_refusal(
     turning_values = {
         quantity: column[turning_index] for quantity, column in values_of_quantity.items()
     }
-    quantities_logged_twice = _logged_twice(
+    quantities_logged_twice = _quantities_logged_twice(
         turning_values, ball_m_s[turning_index], disc_m_s[turning_index], semantics, limits
     )
     for twice in quantities_logged_twice:
@@ -414,7 +414,7 @@ def _contradiction_refusal(
     return None
 
 
-def _logged_twice(
+def _quantities_logged_twice(
     values_of_quantity: Mapping[str, FloatArray],
     ball_m_s: FloatArray,
     disc_m_s: FloatArray,
@@ -477,20 +477,20 @@ def _listed_columns(campaign: Campaign) -> ListedColumns:
 
 
 # Load, traction force, surface speeds and temperature against time.
-TRACTION = LogKind(
+TRACTION = LogSchema(
     Vocabulary(
         "traction",
         columns_key="columns",
-        project_names=_PROJECT_NAMES,
-        required=_REQUIRED,
-        alternatives=_SPEED_PAIRS,
-        optional=(*_FORCES_OF_DIRECTIONS, _STATED_PRESSURE),
-        substitutes=_SUBSTITUTES,
+        quantity_and_unit_of_project_name=_QUANTITY_AND_UNIT_OF_PROJECT_NAME,
+        required_quantities=_REQUIRED_QUANTITIES,
+        alternative_quantities=_SPEED_PAIRS,
+        optional_quantities=(*_FORCES_OF_DIRECTIONS, _STATED_PRESSURE),
+        substitute_of_quantity=_SUBSTITUTE_OF_QUANTITY,
     ),
     _listed_columns,
     _header_problems,
-    _run,
+    _make_run,
     sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
-    unneeded_quantities=_unneeded_quantities,
-    row_indices_of_set_points=row_indices_of_set_points,
+    find_unneeded_quantities=_unneeded_quantities,
+    find_rows_of_set_points=row_indices_of_set_points,
 )

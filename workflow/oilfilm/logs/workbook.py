@@ -17,16 +17,18 @@ from typing import IO, Any
 from xml.parsers import expat
 
 from oilfilm.logs import base, delimited_text
-from oilfilm.logs.base import NO_TEXT, UnreadableLogError
+from oilfilm.logs.base import NO_DIALECT, UnreadableLogError
 from oilfilm.logs.likely_names import is_line_of_units
-from oilfilm.logs.log_kind import Vocabulary
+from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
 
+# Value of a cell, and whether the sheet shows it in percent.
+ValueAndPercent = tuple[Any, bool]
 # A workbook is a zip archive, which begins with these bytes.
-SIGNATURE = b"PK\x03\x04"
+ZIP_SIGNATURE = b"PK\x03\x04"
 _MEMBERS_OF_WORKBOOK = (b"[Content_Types].xml", b"_rels/.rels", b"xl/", b"docProps/")
 _MIB = 1 << 20
-MAX_UNPACKED_BYTES = 64 * _MIB
+MOST_UNPACKED_BYTES = 64 * _MIB
 # Excel's own limit.
 LAST_ROW = 1_048_576
 # Limit on cells. Empty cells before the last cell of a row count: openpyxl creates them.
@@ -44,9 +46,11 @@ _NUMBER_ALONE = re.compile(r"(?<!\S)\d+([.,]\d+)?(?!\S)")
 _TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
 
 
-def recognises(head: bytes) -> bool:
+def recognises(first_bytes: bytes) -> bool:
     """True for a zip archive with the parts of an Office document."""
-    return head.startswith(SIGNATURE) and any(name in head for name in _MEMBERS_OF_WORKBOOK)
+    return first_bytes.startswith(ZIP_SIGNATURE) and any(
+        name in first_bytes for name in _MEMBERS_OF_WORKBOOK
+    )
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -59,7 +63,7 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
 
     Args:
         sheets: Title and tab-separated text of each sheet.
-        vocabulary: The words of the kind of log.
+        vocabulary: The names that are known, with their quantities and units.
 
     Raises:
         UnreadableLogError: No sheet has a table.
@@ -90,9 +94,9 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
         )
         logged_tables[0] = logged_tables[0].with_note(note)
     if len(logged_tables) == 1:
-        return NO_TEXT, logged_tables
+        return NO_DIALECT, logged_tables
     names = base.distinct_names(titles)
-    return NO_TEXT, [
+    return NO_DIALECT, [
         table.with_name(name) for table, name in zip(logged_tables, names, strict=True)
     ]
 
@@ -131,18 +135,18 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     return texts
 
 
-def _value_and_percent(value: Any, number_format: str) -> tuple[Any, bool]:
+def _value_and_percent(value: Any, number_format: str) -> ValueAndPercent:
     """The value of a cell, and whether the sheet shows it in percent.
 
     A day that is shown without hours is a date alone: the time of day is in another column.
     """
     marks = _marks_of_format(number_format)
     if isinstance(value, datetime.datetime) and "d" in marks and "h" not in marks:
-        return day_alone(value), False
+        return date_if_midnight(value), False
     return value, "%" in marks
 
 
-def day_alone(instant: datetime.datetime) -> datetime.datetime | datetime.date:
+def date_if_midnight(instant: datetime.datetime) -> datetime.datetime | datetime.date:
     """An instant at midnight as a date; any other as it is."""
     return instant if instant.time() != datetime.time() else instant.date()
 
@@ -165,8 +169,8 @@ def check_letter_count(letter_count: int) -> None:
         ValueError: They have more than 64 Mi letters. Letters are compared with a limit on bytes,
             because a letter has at least one byte.
     """
-    if letter_count > MAX_UNPACKED_BYTES:
-        raise ValueError(f"its cells hold more than {MAX_UNPACKED_BYTES // _MIB} MiB")
+    if letter_count > MOST_UNPACKED_BYTES:
+        raise ValueError(f"its cells hold more than {MOST_UNPACKED_BYTES // _MIB} MiB")
 
 
 class PercentColumns:
@@ -187,7 +191,7 @@ class PercentColumns:
         # texts by column, of the rows of texts since the last row of numbers
         self._text_rows: list[Mapping[int, str]] = []
 
-    def add_row(self, cells: Sequence[tuple[Any, bool]]) -> None:
+    def add_row(self, cells: Sequence[ValueAndPercent]) -> None:
         """Add the next row: the value of each cell, and whether the sheet shows it in percent."""
         number_columns = {
             index
@@ -220,7 +224,9 @@ class PercentColumns:
         columns_to_name = number_columns if has_new_columns else self._number_columns
         for index in reversed(range(len(self._text_rows))):
             texts = self._text_rows[index]
-            if _names_all(texts, columns_to_name) and not is_line_of_units(list(texts.values())):
+            if _names_all_columns(texts, columns_to_name) and not is_line_of_units(
+                list(texts.values())
+            ):
                 return index
         if not has_new_columns or not self._text_rows:
             return None
@@ -248,7 +254,7 @@ def _word_count(texts: Mapping[int, str]) -> int:
     return len({text for text in texts.values() if _HAS_LETTER.search(text)})
 
 
-def _names_all(texts: Mapping[int, str], number_columns: Set[int]) -> bool:
+def _names_all_columns(texts: Mapping[int, str], number_columns: Set[int]) -> bool:
     """Whether a row of texts names all columns of numbers; a note, as `Load 20 N`, has numbers."""
     return (
         number_columns <= texts.keys()
@@ -262,7 +268,7 @@ def _is_number(value: Any, is_in_percent: bool) -> bool:
     return value is not None and not isinstance(value, str) and (value != 1 or is_in_percent)
 
 
-def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: Set[int]) -> str:
+def line_of_cells(cells: Sequence[ValueAndPercent], columns_in_percent: Set[int]) -> str:
     """The texts of a row up to its last filled cell, with tabs between them.
 
     A number that the sheet shows as 5 % is 0.05 in its cell. It becomes 5 in a column whose
@@ -278,7 +284,7 @@ def line_of_cells(cells: Sequence[tuple[Any, bool]], columns_in_percent: Set[int
             shown_number = 100 * value if index in columns_in_percent else value
             texts.append(f"{shown_number:.12g}")
         else:
-            texts.append(_text(value))
+            texts.append(_cell_text(value))
     return "\t".join(texts).rstrip("\t")
 
 
@@ -289,7 +295,7 @@ def tab_separated_bytes(lines: Sequence[str]) -> bytes:
     return ("\n".join(filled_lines) + "\n").encode()
 
 
-def _text(value: Any) -> str:
+def _cell_text(value: Any) -> str:
     """The text of a value: numbers with all digits, instants by ISO 8601, durations as h:mm:ss."""
     if value is None:
         return ""
@@ -315,10 +321,10 @@ def checked_workbook(content: bytes) -> io.BytesIO:
     """
     archive = zipfile.ZipFile(io.BytesIO(content))
     unpacked_size = sum(member.file_size for member in archive.infolist())
-    if unpacked_size > MAX_UNPACKED_BYTES:
+    if unpacked_size > MOST_UNPACKED_BYTES:
         raise ValueError(
             f"unpacked it has {unpacked_size // _MIB} MiB; expected at most "
-            f"{MAX_UNPACKED_BYTES // _MIB}"
+            f"{MOST_UNPACKED_BYTES // _MIB}"
         )
     cell_count = 0
     for member in archive.infolist():
@@ -347,7 +353,7 @@ def _count_cells(archive: zipfile.ZipFile, member: zipfile.ZipInfo, most_cells: 
         elif tag == "c":
             column_letters = attributes.get("r", "").rstrip("0123456789")
             column_number = (
-                _number_of_column(column_letters) if column_letters else filled_column_count + 1
+                _column_number(column_letters) if column_letters else filled_column_count + 1
             )
             cell_count += max(column_number - filled_column_count, 0)
             filled_column_count = max(column_number, filled_column_count)
@@ -375,11 +381,11 @@ def chunks_of(sheet: IO[bytes]) -> Iterator[bytes]:
         chunk = sheet.read(_CHUNK_BYTES)
 
 
-def _number_of_column(letters: str) -> int:
+def _column_number(letters: str) -> int:
     """The number of a column by its letters, from 1.
 
     Examples:
-        >>> [_number_of_column(letters) for letters in ("A", "Z", "AA", "XFD")]
+        >>> [_column_number(letters) for letters in ("A", "Z", "AA", "XFD")]
         [1, 26, 27, 16384]
     """
     number = 0

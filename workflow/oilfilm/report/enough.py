@@ -10,7 +10,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.ties import exceeds
-from oilfilm.logs.run_sheet import REMARKS
+from oilfilm.logs.run_sheet import REMARK_RULES
 from oilfilm.settings.campaign import Campaign
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -91,7 +91,7 @@ def _too_few(runs_name: str, accepted_count: int, run_count: int, runs_min: int)
 def names_of_unread_logs(results: CampaignTables) -> set[str]:
     """Names of the logs of which no run could be read; a remark on the run sheet is no refusal."""
     quarantine = results.quarantine
-    refused_files = quarantine.loc[~quarantine["rule"].isin(REMARKS), "file"]
+    refused_files = quarantine.loc[~quarantine["rule"].isin(REMARK_RULES), "file"]
     return set(refused_files) - set(results.table("runs", ["file"])["file"])
 
 
@@ -121,7 +121,7 @@ def _lost_torque_runs(quarantine: pd.DataFrame, plateaus: pd.DataFrame) -> pd.Da
         quarantine: Table `torque_quarantine`.
         plateaus: Table `torque_runs`.
     """
-    refused = quarantine[~quarantine["rule"].isin(REMARKS)]
+    refused = quarantine[~quarantine["rule"].isin(REMARK_RULES)]
     refused_names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
     is_lost = ~refused_names.isin([*plateaus["run_id"], *plateaus["file"]])
     return refused[is_lost].groupby(refused_names[is_lost])[["oil"]].max()

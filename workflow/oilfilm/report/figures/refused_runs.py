@@ -15,13 +15,13 @@ from matplotlib.patches import Patch
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.curate import arrays_of, curate
+from oilfilm.curation.curate import arrays_of_samples, curate_samples
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind, Signals
 from oilfilm.curation.torque_rig import TorqueRig
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.ingest import ingest_logs
-from oilfilm.logs.run_sheet import NO_SHEET, REMARKS, RunSheet
+from oilfilm.logs.run_sheet import NO_SHEET, REMARK_RULES, RunSheet
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, save
 from oilfilm.settings.resolved import Settings
@@ -77,9 +77,9 @@ def judged_torque_logs(
         settings: Settings of the campaign.
         run_sheet: Run sheet of the torque logs.
     """
-    ingested = ingest_logs(logs, settings, TorqueRig.kind_of_logs, run_sheet)
+    ingested = ingest_logs(logs, settings, TorqueRig.log_schema, run_sheet)
     samples = ingested.all_samples()
-    curated = curate(samples, ingested.runs, TorqueRig(settings))
+    curated = curate_samples(samples, ingested.runs, TorqueRig(settings))
     samples_of_run = samples.groupby("run_id").get_group
     return JudgedLogs(TorqueRig, curated.runs, curated.points, quarantine, samples_of_run)
 
@@ -178,7 +178,7 @@ def _refusals_of_runs_and_logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> 
     # a row without a run, on a file that has runs, does not refuse the file
     concerns_part_of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
     refuses_log = has_no_run & ~concerns_part_of_file
-    is_remark = quarantine["rule"].isin(REMARKS)
+    is_remark = quarantine["rule"].isin(REMARK_RULES)
     refusals = quarantine[(refuses_run | refuses_log) & ~is_remark]
     return refusals.sort_values(["file", "run_id"], kind="stable").reset_index(drop=True)
 
@@ -215,7 +215,7 @@ def draw_page(
         settings: Settings of the campaign.
         kind: The kind of rig.
     """
-    signals = kind.signals(arrays_of(samples), run["rig"], settings)
+    signals = kind.make_signals(arrays_of_samples(samples), run["rig"], settings)
     has_times = bool(np.isfinite(signals.time_s).all())
     # readings without a clock are drawn over their rows
     if not has_times:

@@ -26,7 +26,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE, normal_quantile
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
-from oilfilm.logs.run_sheet import REMARKS
+from oilfilm.logs.run_sheet import REMARK_RULES
 from oilfilm.report.document import (
     Fact,
     Section,
@@ -417,7 +417,7 @@ def refused_section(results: CampaignTables, settings: Settings) -> Section:
     """What was refused: counts by gate, and the first case of each gate in words."""
     rules = results.table("runs", ["verdict", "rule"]).query("verdict == 'refused'")["rule"]
     counts = results.gate_counts
-    counts = counts[~counts["gate"].isin(REMARKS)]
+    counts = counts[~counts["gate"].isin(REMARK_RULES)]
     facts_on_refusals = facts(
         "report/sections/refused.jinja",
         verdicts=_count_by_gate(rules.value_counts()),
@@ -443,13 +443,13 @@ def refusal_table(
         rows_max: Largest number of rows that are shown.
         caption: Its caption, if not the declared one.
     """
-    quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
+    quarantine = quarantine[~quarantine["rule"].isin(REMARK_RULES)]
     return show_table(quarantine, "quarantine", caption, name, rows_max)
 
 
 def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
     """The first case of each gate with the number of cases; most cases first."""
-    quarantine = quarantine[~quarantine["rule"].isin(REMARKS)]
+    quarantine = quarantine[~quarantine["rule"].isin(REMARK_RULES)]
     count_by_rule = quarantine["rule"].value_counts()
     first_rows = quarantine.drop_duplicates("rule").set_index("rule").loc[count_by_rule.index]
     names = np.where(first_rows["run_id"] != "", first_rows["run_id"], first_rows["file"])
@@ -479,7 +479,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     kept_logs = set(runs["file"])
     # a refused run has no row in the table of runs
     read_logs = kept_logs | set(refusals.loc[refusals["stage"] == "curate", "file"])
-    all_logs = read_logs | set(refusals.loc[~refusals["rule"].isin(REMARKS), "file"])
+    all_logs = read_logs | set(refusals.loc[~refusals["rule"].isin(REMARK_RULES), "file"])
     without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
     converged = torque[torque["converged"]]
     with_one_motion = drop_bistable_plateaus(converged)

@@ -17,17 +17,17 @@ import numpy as np
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import Conversion, FloatArray, IndexArray, conversion, possible_conversion
 from oilfilm.logs import base
-from oilfilm.logs.header import FULL_WIDTH, split_unit
+from oilfilm.logs.header import FULL_WIDTH_TO_ASCII, split_bracketed_unit
 from oilfilm.settings import campaign as campaign_file
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 
 
 class QuantityAndUnit(NamedTuple):
-    """What the name of a column means.
+    """What a column measures, and its unit, by its name.
 
     Attributes:
-        quantity: What it measures.
+        quantity: What it measures, as `inlet_temperature`.
         unit: Unit of its numbers; empty where something else must give it.
     """
 
@@ -35,12 +35,12 @@ class QuantityAndUnit(NamedTuple):
     unit: str
 
 
-# Index of a column of a log -> its meaning; columns without a meaning are left out.
-Meanings = Mapping[int, QuantityAndUnit]
-# Quantity -> the columns that the campaign file lists for it.
+# Index of a column of a log -> its quantity and unit. Columns of no known quantity are left out.
+QuantitiesAndUnits = Mapping[int, QuantityAndUnit]
+# Quantity -> the names and the unit of its column, as the campaign file lists them.
 ListedColumns = Mapping[str, campaign_file.Column]
-# Problems of a header, one per check; None where the check finds none.
-Problems = Iterator[base.Refusal | None]
+# Problems of a header, one per check. None where the check finds no problem.
+HeaderProblems = Iterator[base.Refusal | None]
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class LoggedColumn:
         conversion: Conversion of its numbers to the reader's unit.
         name: Name in the log.
         logged_unit: Unit of its numbers, by the log or by the campaign file.
-        is_spare: Whether rows without it can be used: it repeats what other columns give and is
-            compared with them, or the format leaves its cells blank.
+        is_spare: Whether a row can be used without it: other columns give the same quantity, or the
+            format leaves its cells blank. A spare column is compared with the others.
     """
 
     quantity: str
@@ -99,32 +99,34 @@ class Vocabulary:
     Attributes:
         name: Kind of log, in one word.
         columns_key: Key of the campaign file that lists other names of columns.
-        project_names: Name of a column in the project, which ends in its unit -> quantity and unit.
-        required: Quantities that every log must have.
-        alternatives: Sets of quantities of which a log must have one. A message about missing
-            columns names the first. A log may have quantities of later sets too: they are spare
-            columns.
-        optional: Quantities that a log may have. Where a log has one, every row needs it.
-        substitutes: Quantity -> the one that replaces it in a log without it.
-        listed_columns: Quantity -> name and unit of its columns, from the campaign file.
+        quantity_and_unit_of_project_name: Name of a column in the project, which ends in its unit
+            -> quantity and unit.
+        required_quantities: Quantities that every log must have.
+        alternative_quantities: Sets of quantities of which a log must have one. A message about
+            missing columns names the first set. A log may have quantities of later sets too: they
+            are spare columns.
+        optional_quantities: Quantities that a log may have. Where a log has one, every row needs
+            it.
+        substitute_of_quantity: Quantity -> the quantity that replaces it in a log without it.
+        listed_columns: Quantity -> names and unit of its column, from the campaign file.
     """
 
     name: str
     columns_key: str
-    project_names: Mapping[str, tuple[str, str]]
-    required: tuple[str, ...]
-    alternatives: tuple[tuple[str, ...], ...] = ((),)
-    optional: tuple[str, ...] = ()
-    substitutes: Mapping[str, str] = field(default_factory=dict)
+    quantity_and_unit_of_project_name: Mapping[str, tuple[str, str]]
+    required_quantities: tuple[str, ...]
+    alternative_quantities: tuple[tuple[str, ...], ...] = ((),)
+    optional_quantities: tuple[str, ...] = ()
+    substitute_of_quantity: Mapping[str, str] = field(default_factory=dict)
     listed_columns: ListedColumns = field(default_factory=dict)
 
     @cached_property
-    def quantities(self) -> Mapping[str, tuple[str, ...]]:
+    def units_of_quantity(self) -> Mapping[str, tuple[str, ...]]:
         """Quantity -> the units to which it can be converted."""
-        units: dict[str, tuple[str, ...]] = {}
-        for quantity, unit in self.project_names.values():
-            units[quantity] = (*units.get(quantity, ()), unit)
-        return units
+        units_of_quantity: dict[str, tuple[str, ...]] = {}
+        for quantity, unit in self.quantity_and_unit_of_project_name.values():
+            units_of_quantity[quantity] = (*units_of_quantity.get(quantity, ()), unit)
+        return units_of_quantity
 
     @property
     def advice(self) -> str:
@@ -134,45 +136,47 @@ class Vocabulary:
 
     def is_convertible(self, quantity: str, unit: str) -> bool:
         """Whether a quantity can be given in that unit."""
-        return possible_conversion(unit, self.quantities[quantity]) is not None
+        return possible_conversion(unit, self.units_of_quantity[quantity]) is not None
 
-    def meaning(self, name: str) -> QuantityAndUnit | None:
-        """Quantity and unit of a column by its name; None for a name without meaning."""
-        bare_name, unit = split_unit(name)
+    def quantity_and_unit(self, name: str) -> QuantityAndUnit | None:
+        """Quantity and unit of a column by its name; None where the name is not known."""
+        bare_name, unit = split_bracketed_unit(name)
         for quantity, listed_column in self.listed_columns.items():
             if _is_listed(name, listed_column):
                 return QuantityAndUnit(quantity, listed_column.unit or unit)
         key = plain_key(bare_name)
-        if key in self.project_names:
-            quantity, unit_in_name = self.project_names[key]
+        if key in self.quantity_and_unit_of_project_name:
+            quantity, unit_in_name = self.quantity_and_unit_of_project_name[key]
             return QuantityAndUnit(quantity, unit or unit_in_name)
-        if key in self.quantities:
+        if key in self.units_of_quantity:
             return QuantityAndUnit(key, unit)
         return None
 
-    def meanings(self, names: Sequence[str], units: Sequence[str]) -> dict[int, QuantityAndUnit]:
-        """Quantity and unit of each column with a meaning, by its index.
+    def quantities_and_units(
+        self, names: Sequence[str], units: Sequence[str]
+    ) -> dict[int, QuantityAndUnit]:
+        """Quantity and unit of each column with a known quantity, by its index.
 
-        Where the campaign file lists a column of the log, other columns of the same quantity mean
-        nothing. The unit beside a name is taken, unless only that of the name can be used.
+        Where the campaign file lists a column of the log, other columns of the same quantity are
+        left out. The unit beside a name is taken, unless only that of the name can be used.
 
         Args:
             names: All column names, in the order of the columns.
             units: Unit that the log gives beside each name; empty where there is none.
         """
-        meaning_by_index: dict[int, QuantityAndUnit] = {}
+        quantity_and_unit_of_index: dict[int, QuantityAndUnit] = {}
         for index, name in enumerate(names):
-            meaning = self.meaning(name)
-            if meaning is not None:
-                meaning_by_index[index] = meaning
+            quantity_and_unit = self.quantity_and_unit(name)
+            if quantity_and_unit is not None:
+                quantity_and_unit_of_index[index] = quantity_and_unit
         listed_quantity_of_index: dict[int, str] = {}
-        for index, (quantity, _) in meaning_by_index.items():
+        for index, (quantity, _) in quantity_and_unit_of_index.items():
             if quantity in self.listed_columns and _is_listed(
                 names[index], self.listed_columns[quantity]
             ):
                 listed_quantity_of_index[index] = quantity
-        meanings: dict[int, QuantityAndUnit] = {}
-        for index, (quantity, unit_of_name) in meaning_by_index.items():
+        quantities_and_units: dict[int, QuantityAndUnit] = {}
+        for index, (quantity, unit_of_name) in quantity_and_unit_of_index.items():
             if (
                 index not in listed_quantity_of_index
                 and quantity in listed_quantity_of_index.values()
@@ -182,8 +186,8 @@ class Vocabulary:
             is_usable = unit and self.is_convertible(quantity, unit)
             if unit_of_name and not is_usable:
                 unit = unit_of_name
-            meanings[index] = QuantityAndUnit(quantity, unit)
-        return meanings
+            quantities_and_units[index] = QuantityAndUnit(quantity, unit)
+        return quantities_and_units
 
     def columns_of_run(
         self,
@@ -195,27 +199,27 @@ class Vocabulary:
 
         Args:
             names: All column names.
-            units: Unit beside each.
+            units: Unit beside each name.
             unneeded_quantities: Quantities for which the log needs no column.
 
         Raises:
             ValueError: A quantity is missing or doubled, or has no unit or an impossible one. The
                 message is a sentence for the user.
         """
-        meanings = self.meanings(names, units)
-        count_of_quantity = Counter(quantity for quantity, _ in meanings.values())
+        quantities_and_units = self.quantities_and_units(names, units)
+        count_of_quantity = Counter(quantity for quantity, _ in quantities_and_units.values())
         for quantity, count in count_of_quantity.items():
             if count > 1:
                 names_of_quantity = [
                     names[index]
-                    for index, meaning in meanings.items()
-                    if meaning.quantity == quantity
+                    for index, quantity_and_unit in quantities_and_units.items()
+                    if quantity_and_unit.quantity == quantity
                 ]
-                logged = " and ".join(repr(name[:60]) for name in names_of_quantity)
+                logged_in_words = " and ".join(repr(name[:60]) for name in names_of_quantity)
                 raise ValueError(
-                    f"the columns {logged} are both the quantity {quantity!r} and hold different "
-                    f"numbers; list the one that counts under `{self.columns_key}` of the campaign "
-                    "file, or rename the other"
+                    f"the columns {logged_in_words} are both the quantity {quantity!r} and hold "
+                    f"different numbers; list the one that counts under `{self.columns_key}` of "
+                    "the campaign file, or rename the other"
                 )
         chosen_alternative = self._chosen_alternative(
             count_of_quantity.keys() | unneeded_quantities
@@ -233,14 +237,16 @@ class Vocabulary:
             quantity: self._column_with_conversion(
                 index, quantity, unit, names[index], units[index]
             )
-            for index, (quantity, unit) in meanings.items()
+            for index, (quantity, unit) in quantities_and_units.items()
         }
         needed_quantities += [
-            quantity for quantity in self.optional if quantity in column_by_quantity
+            quantity for quantity in self.optional_quantities if quantity in column_by_quantity
         ]
         spare_columns = [
             replace(column_by_quantity[quantity], is_spare=True)
-            for alternative in self.alternatives[self.alternatives.index(chosen_alternative) + 1 :]
+            for alternative in self.alternative_quantities[
+                self.alternative_quantities.index(chosen_alternative) + 1 :
+            ]
             for quantity in alternative
             if quantity in column_by_quantity
         ]
@@ -248,10 +254,10 @@ class Vocabulary:
 
     def _chosen_alternative(self, quantities: Set[str]) -> tuple[str, ...]:
         """The first set of quantities that a log has completely; without one the first set."""
-        for alternative in self.alternatives:
+        for alternative in self.alternative_quantities:
             if quantities >= set(alternative):
                 return alternative
-        return self.alternatives[0]
+        return self.alternative_quantities[0]
 
     def _needed_quantities(
         self,
@@ -262,16 +268,16 @@ class Vocabulary:
         """Quantities that a log with some quantities needs, substitutes in place of missing ones.
 
         Args:
-            chosen_alternative: The set of `alternatives` that counts.
+            chosen_alternative: The set of `alternative_quantities` that counts.
             quantities: The quantities of the log.
             unneeded_quantities: As for `columns_of_run`.
         """
         needed_quantities: list[str] = []
-        for quantity in (*self.required, *chosen_alternative):
+        for quantity in (*self.required_quantities, *chosen_alternative):
             if quantity in quantities:
                 needed_quantities.append(quantity)
             elif quantity not in unneeded_quantities:
-                substitute = self.substitutes.get(quantity, "")
+                substitute = self.substitute_of_quantity.get(quantity, "")
                 needed_quantities.append(substitute if substitute in quantities else quantity)
         return needed_quantities
 
@@ -281,7 +287,7 @@ class Vocabulary:
         """A column of the log with its conversion.
 
         Raises:
-            ValueError: As by `columns_of_run`.
+            ValueError: As in `columns_of_run`.
         """
         if not unit:
             raise ValueError(
@@ -289,12 +295,12 @@ class Vocabulary:
                 f"the names or under `{self.columns_key}` of the campaign file"
             )
         try:
-            conversion_used = conversion(unit, self.quantities[quantity])
+            conversion_used = conversion(unit, self.units_of_quantity[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
-        unit_by_log = unit_beside_name or split_unit(name)[1] or unit
+        unit_by_log = unit_beside_name or split_bracketed_unit(name)[1] or unit
         self._refuse_contradictory_units(quantity, name, unit_beside_name)
-        conversion_by_log = possible_conversion(unit_by_log, self.quantities[quantity])
+        conversion_by_log = possible_conversion(unit_by_log, self.units_of_quantity[quantity])
         if conversion_by_log not in (None, conversion_used):
             raise ValueError(
                 f"the column {name[:60]!r} is in {unit_by_log!r} by the log itself and in {unit!r} "
@@ -308,16 +314,20 @@ class Vocabulary:
         Raises:
             ValueError: Both are units of the quantity, and differ.
         """
-        bare_name, unit_in_brackets = split_unit(name)
+        bare_name, unit_in_brackets = split_bracketed_unit(name)
         key = plain_key(bare_name)
         # the name of a ratio, which is that of its quantity, states no unit
-        _, unit_in_key = self.project_names.get(key, ("", "")) if key != quantity else ("", "")
+        _, unit_in_key = (
+            self.quantity_and_unit_of_project_name.get(key, ("", ""))
+            if key != quantity
+            else ("", "")
+        )
         unit_in_name = unit_in_brackets or unit_in_key
         # time stamps are in seconds whatever their name says
         if quantity == "time" and unit_beside_name == "s":
             return
-        conversion_by_name = possible_conversion(unit_in_name, self.quantities[quantity])
-        conversion_beside = possible_conversion(unit_beside_name, self.quantities[quantity])
+        conversion_by_name = possible_conversion(unit_in_name, self.units_of_quantity[quantity])
+        conversion_beside = possible_conversion(unit_beside_name, self.units_of_quantity[quantity])
         if None not in (conversion_by_name, conversion_beside) and (
             conversion_by_name != conversion_beside
         ):
@@ -330,32 +340,35 @@ class Vocabulary:
     def _sentence_on_missing(self, missing_quantities: Sequence[str], names: Sequence[str]) -> str:
         """The sentence about missing quantities, with what a log may have in their place."""
         other_alternatives = " or ".join(
-            " and ".join(quantities) for quantities in self.alternatives[1:]
+            " and ".join(quantities) for quantities in self.alternative_quantities[1:]
         )
         quantities_of_alternatives = {
-            quantity for alternative in self.alternatives for quantity in alternative
+            quantity for alternative in self.alternative_quantities for quantity in alternative
         }
         # alternatives are pairs of speeds that give both surface speeds
         alternatives_in_words = ""
         if other_alternatives and quantities_of_alternatives & set(missing_quantities):
             alternatives_in_words = f" (or {other_alternatives}: without both speeds nothing rolls)"
-        logged = ", ".join(names)[:200]
-        missing = ", ".join(missing_quantities)
-        return f"the log lacks the columns {missing}{alternatives_in_words}; its own are {logged!r}"
+        logged_in_words = ", ".join(names)[:200]
+        missing_in_words = ", ".join(missing_quantities)
+        return (
+            f"the log lacks the columns {missing_in_words}{alternatives_in_words}; its own are "
+            f"{logged_in_words!r}"
+        )
 
 
 def _is_listed(name: str, listed_column: campaign_file.Column) -> bool:
     """Whether the campaign file lists a column's name, with or without its unit in brackets."""
-    name = _comparable(name)
-    bare_name, _ = split_unit(name)
-    listed_names = {_comparable(listed_name) for listed_name in listed_column.name}
+    name = _comparable_name(name)
+    bare_name, _ = split_bracketed_unit(name)
+    listed_names = {_comparable_name(listed_name) for listed_name in listed_column.name}
     return name in listed_names or bare_name in listed_names
 
 
 @lru_cache(maxsize=4096)
-def _comparable(name: str) -> str:
+def _comparable_name(name: str) -> str:
     """A name as it is compared with those of the campaign file; the case is kept: n is not N."""
-    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH).split())
+    return " ".join(unicodedata.normalize("NFC", name).translate(FULL_WIDTH_TO_ASCII).split())
 
 
 @dataclass(frozen=True)
@@ -364,21 +377,21 @@ class UsableLog:
 
     Attributes:
         run_id: Unique name of the run.
-        keys: Header key -> its text.
+        text_of_key: Header key -> its text.
         columns: As `Vocabulary.columns_of_run` gave them.
         row_numbers: Row numbers in the log, shape (n,).
         values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
         refusal: Why the run cannot be used; None where it can.
-        understood: How its columns and header were understood.
+        interpretation: How its columns and header were interpreted.
     """
 
     run_id: str
-    keys: Mapping[str, str]
+    text_of_key: Mapping[str, str]
     columns: Sequence[LoggedColumn]
     row_numbers: IndexArray
     values_of_quantity: Mapping[str, FloatArray]
     refusal: base.Refusal | None = None
-    understood: base.Understood = base.NOTHING_UNDERSTOOD
+    interpretation: base.RunInterpretation = base.NO_INTERPRETATION
 
     @property
     def unit_of_quantity(self) -> dict[str, str]:
@@ -388,60 +401,61 @@ class UsableLog:
     def logged_run(
         self,
         rig_name: str,
-        samples: base.Columns,
+        samples: base.ColumnArrays,
         set_points: base.SetPoints,
         refusal: base.Refusal | None,
     ) -> base.LoggedRun:
-        """The run with these samples; `refusal` counts where the log itself has none."""
+        """The run with these samples; it is refused by the log's own refusal or by `refusal`."""
         return base.LoggedRun(
             run_id=self.run_id,
-            oil_name=self.keys.get("oil", ""),
+            oil_name=self.text_of_key.get("oil", ""),
             rig_name=rig_name,
-            log_kind=self.keys.get("log_kind", "continuous"),
+            log_kind=self.text_of_key.get("log_kind", "continuous"),
             set_points=set_points,
             samples=samples,
             refusal=self.refusal or refusal,
-            label=self.keys.get("run", ""),
-            understood=self.understood,
+            label=self.text_of_key.get("run", ""),
+            interpretation=self.interpretation,
         )
 
 
-def _needs_all_quantities(keys: Mapping[str, str], settings: Settings) -> Set[str]:
+def _no_unneeded_quantities(text_of_key: Mapping[str, str], settings: Settings) -> Set[str]:
     return frozenset()
 
 
-def _all_rows(run: base.LoggedRun) -> list[IndexArray]:
+def _all_rows_together(run: base.LoggedRun) -> list[IndexArray]:
     return [np.arange(len(run))]
 
 
 @dataclass(frozen=True)
-class LogKind:
-    """A kind of log, of a traction or a torque rig: how its tables are read into runs.
-
-    The kind is that of the rig, traction or torque. The header key `log_kind` is something else: it
-    says whether rows are a signal against time (`continuous`) or settled readings (`steps`).
+class LogSchema:
+    """What the logs of one kind of rig (traction or torque) hold, and how they become runs.
 
     Attributes:
-        vocabulary: What such logs may hold.
-        listed_columns: Function that gives the columns that a campaign file lists.
-        header_problems: Function that gives why a log with these header keys and columns cannot be
-            used. A later check relies on the earlier ones.
+        vocabulary: Names, quantities and units of their columns.
+        get_listed_columns: Function that gives the columns that a campaign file lists.
+        find_header_problems: Function that gives why a log with these header lines and columns
+            cannot be used. A later check relies on the earlier ones.
         make_run: Function that makes the run of a log.
         sheet_keys: Header keys that the run sheet may give beside the oil.
-        unneeded_quantities: Function that gives the quantities for which a log with these header
-            keys needs no column.
-        row_indices_of_set_points: Function that divides the rows of a run by their set points: the
-            row indices of each set point, which becomes a run of its own.
+        find_unneeded_quantities: Function that gives the quantities for which a log with these
+            header lines needs no column.
+        find_rows_of_set_points: Function that gives the row indices of each set point of a run.
+            The rows of each set point become a run of their own.
     """
 
     vocabulary: Vocabulary
-    listed_columns: Callable[[Campaign], ListedColumns]
-    header_problems: Callable[[Mapping[str, str], Sequence[LoggedColumn], Settings], Problems]
+    get_listed_columns: Callable[[Campaign], ListedColumns]
+    find_header_problems: Callable[
+        [Mapping[str, str], Sequence[LoggedColumn], Settings], HeaderProblems
+    ]
     make_run: Callable[[UsableLog, Settings], base.LoggedRun]
     sheet_keys: tuple[str, ...]
-    unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = _needs_all_quantities
-    row_indices_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows
+    find_unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = (
+        _no_unneeded_quantities
+    )
+    find_rows_of_set_points: Callable[[base.LoggedRun], list[IndexArray]] = _all_rows_together
 
-    def vocabulary_of(self, campaign: Campaign) -> Vocabulary:
-        """What such logs may hold in a campaign, with the names that its file lists."""
-        return replace(self.vocabulary, listed_columns=self.listed_columns(campaign))
+    def campaign_vocabulary(self, campaign: Campaign) -> Vocabulary:
+        """The vocabulary with the names that a campaign file lists."""
+        return replace(self.vocabulary, listed_columns=self.get_listed_columns(campaign))
