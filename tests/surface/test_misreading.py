@@ -9,7 +9,7 @@ import scipy.stats
 from lawless_truths import TRUTHS
 from nights import quick_ones
 from oilfilm.surface.effects import RunErrorSizes
-from oilfilm.surface.misreading import misread_runs
+from oilfilm.surface.misreading import likeliest_misreading
 from oilfilm.surface.relabelled import Relabelled
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
@@ -34,7 +34,7 @@ def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
 def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
     surface, few = surface_of(truth, **{f"{quantity}_factor": factor})
     day = np.arange(24) < 12
-    misreading = misread_runs(surface, {"day=1": day, "form=B": few})
+    misreading = likeliest_misreading(surface, {"day=1": day, "form=B": few})
     assert misreading is not None
     assert misreading.is_alarm
     assert (misreading.quantity, misreading.factor) == (quantity, factor)
@@ -44,13 +44,13 @@ def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
 @pytest.mark.parametrize("truth", ["own", "jt"])
 def test_right_readings_stay(truth):
     surface, few = surface_of(truth)
-    misreading = misread_runs(surface, {"form=B": few})
+    misreading = likeliest_misreading(surface, {"form=B": few})
     assert misreading is None or not misreading.is_alarm
 
 
 def test_runs_put_right_have_the_true_readings():
     surface, few = surface_of("own", speed_factor=2.0)
-    misreading = misread_runs(surface, {"form=B": few})
+    misreading = likeliest_misreading(surface, {"form=B": few})
     right = misreading.corrected(surface.measurements)
     assert set(np.round(right.conditions[:, 1])) == {25.0, 30.0, 35.0, 40.0}
 

@@ -12,7 +12,7 @@ from lawless_truths import TRUTHS
 from oilfilm.base.units import FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import LevelWidths, level_numbers, scaled_conditions
-from oilfilm.surface.steadiness import smallest_seen
+from oilfilm.surface.steadiness import smallest_visible_size
 from oilfilm.surface.surface import fit_surface
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Film, Grid
@@ -175,7 +175,7 @@ def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> N
         curves, _ = points.canonical_order()
         surface = fit_surface(points, fitted_law(points))
         trend = np.linspace(-0.5, 0.5, len(conditions))[curves]
-        smallest.append(smallest_seen(surface.misfit_covariance, "gain", trend))
+        smallest.append(smallest_visible_size(surface.misfit_covariance, "gain", trend))
     hidden, shown = smallest
     assert hidden > 0.2
     assert shown < 0.05

@@ -60,9 +60,9 @@ class Misreading:
 
 
 @with_one_blas_thread
-def misread_runs(
+def likeliest_misreading(
     surface: Surface,
-    members_by_label: Mapping[str, BoolArray] | None = None,
+    is_member_by_label: Mapping[str, BoolArray] | None = None,
     errors: RunErrorSizes | None = None,
     limits: SteadinessLimits | None = None,
 ) -> Misreading | None:
@@ -70,7 +70,7 @@ def misread_runs(
 
     Args:
         surface: The surface; its measurements are in canonical order.
-        members_by_label: Whether each curve has the label, by label, shape (curves,).
+        is_member_by_label: Whether each curve has the label, by label, shape (curves,).
         errors: Sizes of the errors of the rig, before the data.
         limits: `alarm`, the score above which a factor is named.
 
@@ -78,7 +78,7 @@ def misread_runs(
         None also for more than 150 curves, for which no factor is tried.
     """
     measurements_as_read = surface.measurements
-    candidates = list(_candidates(measurements_as_read, members_by_label or {}))
+    candidates = list(_candidates(measurements_as_read, is_member_by_label or {}))
     if not candidates or len(measurements_as_read.conditions) > LARGEST_DENSE:
         return None
     as_read = Relabelled.as_read(surface, errors or RunErrorSizes())
@@ -98,10 +98,10 @@ def misread_runs(
 
 
 def _candidates(
-    measurements_as_read: Measurements, members_by_label: Mapping[str, BoolArray]
+    measurements_as_read: Measurements, is_member_by_label: Mapping[str, BoolArray]
 ) -> Iterator[Misreading]:
     """Each factor on speed and on slip: in the runs of each label, and in runs of large values."""
-    label_patterns = patterns_of_labels(members_by_label)
+    label_patterns = patterns_of_labels(is_member_by_label)
     labelled_groups = [
         (label, label_patterns.patterns[:, pattern_index] > 0)
         for pattern_index, label in enumerate(label_patterns.labels)
