@@ -37,7 +37,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.randomness import generator
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.misreading import likeliest_misreading
 from oilfilm.surface.steadiness import (
@@ -161,7 +161,7 @@ def seen(first: int, last: int) -> None:
     for number in range(first, last):
         truth = "own" if number % 2 == 0 else WRONG[number // 2 % len(WRONG)]
         order = ("random", "conditions")[number // 2 % 2]
-        effect = EFFECTS[number // 4 % len(EFFECTS)]
+        effect = EFFECT_NAMES[number // 4 % len(EFFECT_NAMES)]
         course = ("trend", "step")[number // 16 % 2]
         random = generator(23, "seen change", str(number))
         begin = int(random.integers(FEWEST_RUNS, RUNS - FEWEST_RUNS + 1))

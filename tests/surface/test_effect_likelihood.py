@@ -9,7 +9,7 @@ import scipy.stats
 from lawless_truths import TRUTHS
 from oilfilm.surface import effect_likelihood as effect_likelihood_module
 from oilfilm.surface.effect_likelihood import FIT_VARIANCE_INDEX, effect_likelihood
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
 
@@ -22,10 +22,10 @@ def covariance():
     return fit_surface(measured, fitted_law(measured)).misfit_covariance
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", EFFECT_NAMES)
 def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
     likelihood = effect_likelihood(covariance, effect)
-    number = EFFECTS.index(effect)
+    number = EFFECT_NAMES.index(effect)
     pattern = np.linspace(-0.5, 0.5, len(covariance.curves.conditions))
     expected = covariance.sizes.effects[number] ** 2
 
@@ -56,10 +56,10 @@ def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
 
 
 def test_features_of_all_conditions_give_the_exact_likelihood(covariance, monkeypatch):
-    exact = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
-    monkeypatch.setattr(effect_likelihood_module, "LARGEST_DENSE", 1)
-    featured = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
-    for effect in EFFECTS:
+    exact = {effect: effect_likelihood(covariance, effect) for effect in EFFECT_NAMES}
+    monkeypatch.setattr(effect_likelihood_module, "LARGEST_EXACT_CURVE_COUNT", 1)
+    featured = {effect: effect_likelihood(covariance, effect) for effect in EFFECT_NAMES}
+    for effect in EFFECT_NAMES:
         difference = (
             exact[effect].twice_ln_steady_likelihoods()
             - featured[effect].twice_ln_steady_likelihoods()
@@ -70,5 +70,7 @@ def test_features_of_all_conditions_give_the_exact_likelihood(covariance, monkey
             unit = np.eye(len(left.vector))
             np.testing.assert_allclose(right.vector, left.vector, atol=1e-5 * np.ptp(left.vector))
             whole = left.matrix_times(unit)
-            np.testing.assert_allclose(right.matrix_times(unit), whole, atol=1e-5 * np.abs(whole).max())
+            np.testing.assert_allclose(
+                right.matrix_times(unit), whole, atol=1e-5 * np.abs(whole).max()
+            )
             np.testing.assert_allclose(right.diagonal(), np.diag(right.matrix_times(unit)))

@@ -8,9 +8,9 @@ import scipy.stats
 
 from lawless_truths import TRUTHS
 from nights import quick_ones
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.misreading import likeliest_misreading
-from oilfilm.surface.relabelled import Relabelled
+from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
 
@@ -58,11 +58,13 @@ def test_runs_put_right_have_the_true_readings():
 def test_likelihood_of_other_readings_is_that_of_the_normal_distribution():
     surface, few = surface_of("own")
     measured = surface.measurements
-    as_read = Relabelled.as_read(surface, RunErrorSizes())
+    as_read = FittedReadings.as_read(surface, ErrorPriors())
     conditions = measured.conditions.copy()
     conditions[few, 1] *= 1.3
-    other = as_read.fitted_to(replace(measured, conditions=conditions))
-    difference = other.objective_of(measured) - other.objective_of(other.measurements)
+    other = as_read.fit_to(replace(measured, conditions=conditions))
+    difference = other.negative_ln_likelihood_of(measured) - other.negative_ln_likelihood_of(
+        other.measurements
+    )
 
     def log_density(of):
         covariance = replace(of.covariance, sizes=other.covariance.sizes)

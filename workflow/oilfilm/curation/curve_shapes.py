@@ -154,7 +154,7 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         # `smallest_visible_change` is a change of ln mu at a typical point
         elif np.exp(shape.smallest_visible_change) > _LARGEST_UNSEEN_FACTOR:
             seen = np.expm1(shape.smallest_visible_change)
-            sentence = sentence_named("shape_not_judged", seen=seen, spread=shape.usual_spread)
+            sentence = sentence_named("shape_not_judged", seen=seen, spread=shape.median_log_mu_sd)
             verdicts.warnings.append((run_id, sentence))
             verdicts.unjudged_ids.add(run_id)
 
@@ -170,8 +170,8 @@ def _refusal_of_shape(run_id: str, shape: CurveShape, point: pd.Series, others: 
         mu=point["traction_coefficient"],
         deviation=point["traction_coefficient"] / shape.expected_mu - 1,
         expected=shape.expected_mu,
-        # at this point; `usual_spread` is its median over the curve
-        spread=shape.spread,
+        # at this point; `median_log_mu_sd` is its median over the curve
+        spread=shape.log_mu_sd,
         others=others,
         size=shape.oddness,
     )

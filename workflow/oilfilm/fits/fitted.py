@@ -749,12 +749,12 @@ class FittedLaw:
         distance_beyond = np.maximum(np.maximum(lowest - points, points - highest), 0.0)
         distance_beyond[reaches(points, lowest) & reaches(highest, points)] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            ranges_beyond = np.where(
+            distance_in_ranges = np.where(
                 distance_beyond == 0, 0.0, distance_beyond / (highest - lowest)
             )
         # a point beyond one range is outside, even where another range is unknown
-        farthest_known = np.fmax.reduce(ranges_beyond, axis=1)
-        return np.where(farthest_known > 0, farthest_known, ranges_beyond.max(axis=1))
+        farthest_known = np.fmax.reduce(distance_in_ranges, axis=1)
+        return np.where(farthest_known > 0, farthest_known, distance_in_ranges.max(axis=1))
 
 
 def _rows_of_fit(table: pd.DataFrame, oil: str, law: Law) -> pd.DataFrame:

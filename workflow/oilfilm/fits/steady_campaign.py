@@ -18,7 +18,7 @@ from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.config import ChangeSizeSettings, SteadinessSettings
-from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, effect_design
 from oilfilm.surface.label_swap import LabelSwap, likeliest_swap
 from oilfilm.surface.misreading import Misreading, likeliest_misreading
 from oilfilm.surface.steadiness import (
@@ -67,7 +67,7 @@ class MeasuredCampaign:
 
     surface: Surface
     run_ids: tuple[str, ...]
-    errors: RunErrorSizes
+    errors: ErrorPriors
 
     @classmethod
     def from_surface(cls, oil_surface: OilSurface) -> "MeasuredCampaign":
@@ -203,7 +203,9 @@ NO_CHANGE: dict[str, Any] = {
     "change_size": np.nan,
     "change_relative_rms": np.nan,
     "order_resembles": "",
-    **{f"seen_{course}_{effect}": np.nan for course in ("trend", "step") for effect in EFFECTS},
+    **{
+        f"seen_{course}_{effect}": np.nan for course in ("trend", "step") for effect in EFFECT_NAMES
+    },
 }
 
 
@@ -214,7 +216,7 @@ def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any
         size = float(np.expm1(size))
     is_suspect = change.pattern > 0.5
     in_all_runs = change.kind in ("trend", "season")
-    effect_index = EFFECTS.index(change.effect_name)
+    effect_index = EFFECT_NAMES.index(change.effect_name)
     measurements = campaign.surface.measurements
     log_mu_change = (
         campaign.design()[:, effect_index]

@@ -24,10 +24,10 @@ import numpy as np
 import scipy.linalg
 
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.effects import EFFECTS
-from oilfilm.surface.posterior import NystromPosterior, spread_out
+from oilfilm.surface.effects import EFFECT_NAMES
+from oilfilm.surface.posterior import NystromPosterior, farthest_point_selection
 from oilfilm.surface.reml import CurveCovariance
-from oilfilm.surface.surface import LARGEST_DENSE
+from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT
 
 # Number of representative conditions of a large campaign (inducing points).
 _INDUCING_CONDITIONS = 40
@@ -106,9 +106,9 @@ def effect_likelihood(covariance: CurveCovariance, effect_name: str) -> EffectLi
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECT_NAMES`.
     """
-    if len(covariance.curves.conditions) > LARGEST_DENSE:
+    if len(covariance.curves.conditions) > LARGEST_EXACT_CURVE_COUNT:
         return _LowRankLikelihood.from_covariance(covariance, effect_name)
     return _DenseLikelihood.from_covariance(covariance, effect_name)
 
@@ -120,7 +120,7 @@ def _twice_ln_prior_density() -> FloatArray:
 
 @dataclass(frozen=True)
 class _DenseLikelihood:
-    """The exact likelihood from eigenvalues, for at most `LARGEST_DENSE` curves.
+    """The exact likelihood from eigenvalues, for at most `LARGEST_EXACT_CURVE_COUNT` curves.
 
     Attributes:
         eigenvalues: Eigenvalues of W at the variance 0, shape (curves,).
@@ -137,7 +137,7 @@ class _DenseLikelihood:
     @classmethod
     def from_covariance(cls, covariance: CurveCovariance, effect_name: str) -> "_DenseLikelihood":
         """The likelihood of one effect."""
-        effect_index = EFFECTS.index(effect_name)
+        effect_index = EFFECT_NAMES.index(effect_name)
         sizes = covariance.sizes.effects.copy()
         fitted_variance = float(sizes[effect_index] ** 2)
         sizes[effect_index] = 0.0
@@ -201,9 +201,9 @@ class _LowRankLikelihood:
         The features of one effect are the largest array of a campaign: those of all effects are
         never in memory together.
         """
-        effect_index = EFFECTS.index(effect_name)
+        effect_index = EFFECT_NAMES.index(effect_name)
         curves = covariance.curves
-        inducing_curves = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+        inducing_curves = farthest_point_selection(curves.conditions, _INDUCING_CONDITIONS)
         posterior = NystromPosterior(
             covariance, np.flatnonzero(np.isin(curves.curve_of_coordinate, inducing_curves))
         )

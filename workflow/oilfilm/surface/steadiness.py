@@ -22,7 +22,7 @@ from oilfilm.surface.effect_likelihood import (
     EffectLikelihood,
     effect_likelihood,
 )
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.run_patterns import (
     GivenPatterns,
@@ -34,7 +34,7 @@ from oilfilm.surface.run_patterns import (
     patterns_over_time,
     steps_over_time,
 )
-from oilfilm.surface.surface import LARGEST_DENSE
+from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT
 from oilfilm.surface.threads import with_one_blas_thread
 
 # With fewer runs no groups are searched.
@@ -63,7 +63,7 @@ class ChangeSizes:
     temperature_k: float
 
     def size_of(self, effect_name: str) -> float:
-        """The size of one of `oilfilm.surface.effects.EFFECTS`."""
+        """The size of one of `oilfilm.surface.effects.EFFECT_NAMES`."""
         return float(getattr(self, effect_name))
 
 
@@ -73,7 +73,7 @@ LARGEST_CHANGES = ChangeSizes(gain=0.7, zero=0.01, slip_scale=0.8, temperature_k
 
 @dataclass(frozen=True)
 class SteadinessLimits:
-    """When a change over the runs is named.
+    """When a change over the runs is named. The settings `steadiness` give these limits.
 
     Attributes:
         alarm: Score above which a trend, a step, a season, a block or a label is named.
@@ -81,11 +81,11 @@ class SteadinessLimits:
         alarm_of_a_run: Score above which a single run is named; it is odd by chance more easily.
         fewest_runs: Fewest runs on either side of a step.
         longest_block: Number of runs of the longest block.
-        seen_at: Number of standard deviations from which on a change is called visible. How many of
-            such changes are named is measured by `benchmarks/steadiness.py seen`.
+        seen_at: A change of this many standard deviations is called visible.
+            `benchmarks/steadiness.py seen` measures how many of such changes are named.
         confounded: Share of the information below which a pattern resembles an effect of the
             conditions. Its score must then be larger, by this share over that of the pattern.
-        usual: Standard deviation of a change, before the data. Where the order of the runs is that
+        usual: Prior standard deviation of a change. Where the order of the runs is that
             of a condition, a wrong law looks like a huge change, which is unlikely.
         largest: Largest changes that a rig can have; a larger one has another cause.
     """
@@ -119,7 +119,7 @@ class Change:
     """A change of the rig over its runs.
 
     Attributes:
-        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECT_NAMES`.
         kind: trend, step, season, block, run, label or group.
         pattern: Share of the change in each run, shape (curves,). It is 1 for suspect runs and 0
             for the others; for a trend it goes from -0.5 to 0.5, for a season from -1 to 1.
@@ -127,7 +127,7 @@ class Change:
             in mu for the zero, in K for the temperature.
         score: Twice the logarithm of the likelihood ratio, less twice that of the number of
             patterns of its kind.
-        alarm: Score above which the change is too large to be chance or a wrong law.
+        alarm_score: Score above which the change is too large to be chance or a wrong law.
         label: What the suspect runs have in common; empty if that is not known.
     """
 
@@ -136,13 +136,13 @@ class Change:
     pattern: FloatArray
     size: float
     score: float
-    alarm: float
+    alarm_score: float
     label: str
 
     @property
     def is_alarm(self) -> bool:
         """Whether the score is large enough for the change to be named."""
-        return self.score > self.alarm
+        return self.score > self.alarm_score
 
 
 @dataclass(frozen=True)
@@ -187,7 +187,7 @@ def largest_change(
         patterns_of_labels(is_member_by_label or {}),
     )
     changes: list[Change] = []
-    for effect_name in EFFECTS:
+    for effect_name in EFFECT_NAMES:
         changes += _likeliest_changes_of(effect_name, covariance, pattern_families, limits)
     possible_changes = [
         change
@@ -196,7 +196,7 @@ def largest_change(
     ]
     if not possible_changes:
         return None
-    excess = [change.score - change.alarm for change in possible_changes]
+    excess = [change.score - change.alarm_score for change in possible_changes]
     return _with_suspects(possible_changes[int(first_largest(excess))], position_in_time)
 
 
@@ -223,7 +223,7 @@ def _likeliest_changes_of(
         prior_precision=limits.usual.size_of(effect_name) ** -2,
         twice_ln_steady_likelihoods=likelihood.twice_ln_steady_likelihoods(),
     )
-    is_small_campaign = len(covariance.curves.conditions) <= LARGEST_DENSE
+    is_small_campaign = len(covariance.curves.conditions) <= LARGEST_EXACT_CURVE_COUNT
     candidates = search.candidates(pattern_families, is_small_campaign)
     return search.likeliest_changes(candidates, limits)
 
@@ -248,7 +248,7 @@ def smallest_visible_changes(
     step_patterns = steps_over_time(position_in_time, limits.fewest_runs)
     trend_sizes: dict[str, float] = {}
     step_sizes: dict[str, float] = {}
-    for effect_name in EFFECTS:
+    for effect_name in EFFECT_NAMES:
         trend_sizes[effect_name], step_sizes[effect_name] = _smallest_visible_sizes(
             effect_name, covariance, (trend_pattern, step_patterns), limits
         )
@@ -266,7 +266,7 @@ def smallest_visible_size(
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECT_NAMES`.
         pattern: The pattern, in the order of the curves, shape (curves,).
         limits: `seen_at`, the number of standard deviations of a visible change.
     """
@@ -478,7 +478,7 @@ class _ChangeSearch:
             pattern=pattern,
             size=total_size,
             score=score,
-            alarm=limits.alarm_of(candidate.kind) * score_factor,
+            alarm_score=limits.alarm_of(candidate.kind) * score_factor,
             label=candidate.label,
         )
 
