@@ -97,5 +97,5 @@ def _aligned_by_dimensions(arguments: Mapping[str, Any]) -> tuple[dict[str, Any]
             "of them the same ones."
         ) from None
     template = broadcast_arrays[0]
-    values = dict(zip(arguments, broadcast_arrays, strict=True))
-    return values, lambda array, name: template.copy(data=array).rename(name)
+    broadcast_arguments = dict(zip(arguments, broadcast_arrays, strict=True))
+    return broadcast_arguments, lambda array, name: template.copy(data=array).rename(name)
