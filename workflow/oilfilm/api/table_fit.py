@@ -29,7 +29,7 @@ from oilfilm.api.mu_columns import (
     TableColumn,
     chosen_columns,
     numbers_in_unit,
-    over_speed,
+    ratio_to_mean_speed,
     reading_of,
     stated_columns,
     stated_meaning_by_index,
@@ -569,7 +569,9 @@ def _add_points(
         if SPEED not in points:
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
-            points[SLIP] = over_speed((disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy())
+            points[SLIP] = ratio_to_mean_speed(
+                (disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy()
+            )
     return dict(reading.name_by_quantity)
 
 

@@ -169,7 +169,7 @@ def _closing_lines(
 
 
 def lines_on_abilities(findings: Findings) -> Iterator[str]:
-    """What the logs can give and what they cannot give, as far as their columns show it."""
+    """What the logs can give and what they cannot give, by their columns."""
     unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.names_to_choose_from]
     if unnamed_quantities:
         quantities_in_words = ", ".join(unnamed_quantities)
