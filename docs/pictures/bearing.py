@@ -38,7 +38,7 @@ def terms(name: str, axial_load_n: float = 20e3):
     box = default_settings().printed.boxes.tested.model_dump()
     tested = {key: tuple(ends) for key, ends in box.items()}
     drawing = FrictionProblem(bearing(), duty, oil_film, law)
-    uncertain = {**bearing().uncertain, **assumed.uncertain()}
+    uncertain = {**bearing().uncertain, **assumed.uncertain_inputs()}
     operation = drawing.with_inputs(Inputs.without_draws(uncertain, many))
     return torque_terms(friction_equilibrium(operation), tested)
 

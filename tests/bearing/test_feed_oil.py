@@ -22,7 +22,7 @@ L_MIN = 1e-3 / 60
 def with_values(problem: FrictionProblem, **changed_inputs: float) -> FrictionProblem:
     """The problem in operation, with some inputs changed."""
     bearing, point_count = problem.bearing, len(problem.points.axial_load_n)
-    inputs = Inputs.without_draws({**bearing.uncertain, **SETTINGS.uncertain()}, point_count)
+    inputs = Inputs.without_draws({**bearing.uncertain, **SETTINGS.uncertain_inputs()}, point_count)
     arrays = {name: np.full(point_count, float(value)) for name, value in changed_inputs.items()}
     return problem.with_inputs(replace(inputs, **arrays))
 

@@ -32,7 +32,9 @@ def inputs(point_count: int = 1, **changed_inputs: float | np.ndarray) -> Inputs
         ),
         0.0,
     )
-    values = Inputs.without_draws({**MAINSHAFT.uncertain, **SETTINGS.uncertain()}, point_count)
+    values = Inputs.without_draws(
+        {**MAINSHAFT.uncertain, **SETTINGS.uncertain_inputs()}, point_count
+    )
     arrays = {
         name: np.full(point_count, value) for name, value in (no_growth | changed_inputs).items()
     }

@@ -5,7 +5,7 @@ import numpy as np
 from bearings import SETTINGS, shipped
 from oilfilm.bearing.inputs import INPUT_NAMES, Inputs
 
-UNCERTAIN = {**shipped("mainshaft-167").uncertain, **SETTINGS.uncertain()}
+UNCERTAIN = {**shipped("mainshaft-167").uncertain, **SETTINGS.uncertain_inputs()}
 
 
 def test_bearing_and_settings_have_every_input_within_its_range():

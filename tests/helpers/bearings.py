@@ -106,7 +106,7 @@ def problem(
 
 def in_operation(at_rest: FrictionProblem) -> FrictionProblem:
     """The problem with growth, feed oil and starvation, by the values of bearing and settings."""
-    uncertain = {**at_rest.bearing.uncertain, **SETTINGS.uncertain()}
+    uncertain = {**at_rest.bearing.uncertain, **SETTINGS.uncertain_inputs()}
     return at_rest.with_inputs(Inputs.without_draws(uncertain, len(at_rest.points.axial_load_n)))
 
 

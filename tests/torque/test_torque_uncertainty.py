@@ -508,7 +508,7 @@ def own_draw(random: np.random.Generator, point_count: int) -> Inputs:
     Half of the values are below the stated value, half above.
     """
     drawn = {}
-    for name, (value, low, high) in {**SHIPPED.uncertain, **SETTINGS.uncertain()}.items():
+    for name, (value, low, high) in {**SHIPPED.uncertain, **SETTINGS.uncertain_inputs()}.items():
         below = random.uniform(low, value, point_count)
         above = random.uniform(value, high, point_count)
         drawn[name] = np.where(random.random(point_count) < 0.5, below, above)

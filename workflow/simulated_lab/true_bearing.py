@@ -55,7 +55,7 @@ def true_problem(
     bearing = settings.tested_bearing()
     rule = gauss_rule(*quadrature)
     lubrication = Lubrication.flooded(
-        settings.known_oil(oil),
+        settings.oil_with_properties(oil),
         temperature_c,
         settings.bearing.drag_coefficient,
         settings.bearing.oil_volume_fraction,
@@ -68,7 +68,7 @@ def true_problem(
         rule,
     )
     inputs = Inputs.without_draws(
-        {**bearing.uncertain, **settings.bearing.uncertain()}, len(speed_rpm)
+        {**bearing.uncertain, **settings.bearing.uncertain_inputs()}, len(speed_rpm)
     )
     if true_traction.follows_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))

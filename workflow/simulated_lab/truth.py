@@ -180,7 +180,7 @@ def true_tractions(
         film_constants = ThermalEhl(**thermal_ehl.model_dump())
         rig_contact = known_contact(settings)
         return {
-            oil: FilmTruth(settings.known_oil(oil), film_constants, rig_contact)
+            oil: FilmTruth(settings.oil_with_properties(oil), film_constants, rig_contact)
             for oil in campaign.oils
         }
     for oil in campaign.oils:

@@ -313,7 +313,7 @@ def _with_ranges(
         bearing: The bearing.
     """
     settings = oils[0].bearing_settings
-    uncertain_input_by_name = {**bearing.uncertain, **settings.uncertain()}
+    uncertain_input_by_name = {**bearing.uncertain, **settings.uncertain_inputs()}
     lowest_by_cause = {
         name: CAUSES[name].shown_per_calculated * uncertain_input_by_name[name].low
         for name in INPUT_NAMES

@@ -191,7 +191,8 @@ class Cases:
             inputs = Inputs.joined(
                 [
                     Inputs.without_draws(
-                        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+                        {**bearing.uncertain, **oil.bearing_settings.uncertain_inputs()},
+                        len(points),
                     )
                     for oil, _, points in groups
                 ]
@@ -662,7 +663,7 @@ def _traction_torque_uncertainty_n_m(
         term: random_factor(bearing_settings, term, normal_numbers).std() for term in FACTOR_TERMS
     }
     # drag is proportional to the oil's share of the volume, which is above 0
-    oil_volume_fraction = bearing_settings.uncertain()["oil_volume_fraction"]
+    oil_volume_fraction = bearing_settings.uncertain_inputs()["oil_volume_fraction"]
     relative_uncertainty_by_term["drag"] = (
         oil_volume_fraction.quantiles(probabilities).std() / oil_volume_fraction.value
     )

@@ -225,7 +225,7 @@ def _heated_cases(
     inlet_density_kg_m3 = oil.properties.density_kg_m3(inlet_temperature_c)
     volume_ratio = inlet_density_kg_m3 / oil.properties.density_kg_m3(contact_temperature_c)
     inputs = Inputs.without_draws(
-        {**bearing.uncertain, **oil.bearing_settings.uncertain()}, len(points)
+        {**bearing.uncertain, **oil.bearing_settings.uncertain_inputs()}, len(points)
     )
     heated_points = points[_POINT_COLUMNS].assign(inlet_temperature_c=contact_temperature_c)
     return Cases(

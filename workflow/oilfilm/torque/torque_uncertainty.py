@@ -390,7 +390,7 @@ class RandomDraws:
         lubrication = problem.lubrication
         # the shared numbers are the same in every group
         shared_numbers = numbers_of_group[0]
-        uncertain_input_by_name = {**problem.bearing.uncertain, **self._settings.uncertain()}
+        uncertain_input_by_name = {**problem.bearing.uncertain, **self._settings.uncertain_inputs()}
         probability_by_input = {
             name: np.tile(scipy.special.ndtr(shared_numbers[name]), point_count)
             for name in INPUT_NAMES
