@@ -25,7 +25,7 @@ def _unit(unit: str) -> dict[str, Any]:
 # Validators: each returns its argument, or raises an error.
 
 
-def _refuse_not_rising(values: list[Any]) -> list[Any]:
+def _refuse_unless_rising(values: list[Any]) -> list[Any]:
     if any(low >= high for low, high in pairwise(values)):
         raise unexpected_value_error("rising values, the smallest first")
     return values
@@ -43,7 +43,7 @@ def _refuse_duplicates(values: list[Any]) -> list[Any]:
     return values
 
 
-def _refuse_no_calendar_day(text: str) -> str:
+def _refuse_unless_calendar_day(text: str) -> str:
     with suppress(ValueError):
         if date.fromisoformat(text).isoformat() == text:
             return text
@@ -55,7 +55,7 @@ def _refuse_no_calendar_day(text: str) -> str:
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]  # becomes part of a path
 Text = Annotated[str, Field(min_length=1)]
-Day = Annotated[str, AfterValidator(_refuse_no_calendar_day)]
+Day = Annotated[str, AfterValidator(_refuse_unless_calendar_day)]
 WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
 
 # ---------------------------------------------------------------- lists
@@ -71,10 +71,10 @@ UpToFiveDistinct = Annotated[OneOrMoreDistinct[T], Field(max_length=5)]
 # Any number of items, all different.
 AnyNumberDistinct = Annotated[list[T], AfterValidator(_refuse_duplicates)]
 # One number or more, each larger than the one before.
-OneOrMoreRising = Annotated[OneOrMore[T], AfterValidator(_refuse_not_rising)]
+OneOrMoreRising = Annotated[OneOrMore[T], AfterValidator(_refuse_unless_rising)]
 # Lower and upper end of a range, which differ.
 RisingPair = Annotated[
-    list[T], Field(min_length=2, max_length=2), AfterValidator(_refuse_not_rising)
+    list[T], Field(min_length=2, max_length=2), AfterValidator(_refuse_unless_rising)
 ]
 # Lower and upper end of a range. They may be equal, where the value is known.
 NotFallingPair = Annotated[

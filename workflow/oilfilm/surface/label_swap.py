@@ -135,8 +135,8 @@ def _likeliest_conditions(readings: FittedReadings) -> FloatArray | None:
     suspect_curves = _suspects(readings)
     conditions = readings.measurements.conditions
     temperatures_c = conditions[suspect_curves, _TEMPERATURE_COLUMN]
-    log_density = _log_densities(readings, suspect_curves, temperatures_c)
-    _, temperature_index_of_suspect = scipy.optimize.linear_sum_assignment(-log_density)
+    ln_density = _ln_densities(readings, suspect_curves, temperatures_c)
+    _, temperature_index_of_suspect = scipy.optimize.linear_sum_assignment(-ln_density)
     proposed_conditions = conditions.copy()
     proposed_conditions[suspect_curves, _TEMPERATURE_COLUMN] = temperatures_c[
         temperature_index_of_suspect
@@ -168,7 +168,7 @@ def _suspects(readings: FittedReadings) -> IndexArray:
     return np.sort(np.argsort(-mean_squares, kind="stable")[:suspect_count])
 
 
-def _log_densities(
+def _ln_densities(
     readings: FittedReadings, suspect_curves: IndexArray, temperatures_c: FloatArray
 ) -> FloatArray:
     """Logarithm of the density of each suspect at each temperature, by the other runs.
@@ -189,14 +189,14 @@ def _log_densities(
     distinct_temperatures_c, distinct_index_of_temperature = np.unique(
         temperatures_c, return_inverse=True
     )
-    log_density = [
-        _log_densities_of_run(readings, remaining_curves, curve_index, distinct_temperatures_c)
+    ln_density = [
+        _ln_densities_of_run(readings, remaining_curves, curve_index, distinct_temperatures_c)
         for curve_index in suspect_curves
     ]
-    return np.array(log_density)[:, distinct_index_of_temperature]
+    return np.array(ln_density)[:, distinct_index_of_temperature]
 
 
-def _log_densities_of_run(
+def _ln_densities_of_run(
     readings: FittedReadings,
     remaining_curves: _RemainingCurves,
     curve_index: int,
@@ -227,7 +227,7 @@ def _log_densities_of_run(
         remaining_curves.covariance_factor, cross_covariance.T, lower=True
     )
     error = curves.departure - cross_covariance @ remaining_curves.weights
-    log_densities = []
+    ln_densities = []
     for coordinate_indices in coordinates_by_group(
         curves.curve_of_coordinate, np.arange(len(temperatures_c))
     ):
@@ -244,5 +244,5 @@ def _log_densities_of_run(
         whitened = scipy.linalg.solve_triangular(
             curve_factor, error[coordinate_indices], lower=True
         )
-        log_densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
-    return np.array(log_densities)
+        ln_densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
+    return np.array(ln_densities)

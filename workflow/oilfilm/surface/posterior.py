@@ -185,7 +185,7 @@ def _slip_covariance(
 
 
 def smooth_variance(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
-    """Variance of the smooth part at points before the data, shape (points,)."""
+    """Prior variance of the smooth part at points, shape (points,)."""
     law_variance = np.sum(targets.law_slopes**2, axis=1)
     size_over_slip = covariance.sizes.departure_sizes.size_at_slips(targets.slips)
     departure_variance = (

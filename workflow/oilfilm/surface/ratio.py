@@ -218,8 +218,8 @@ class RatioPrediction:
         Args:
             factor: `point` or `curve` of `IntervalFactors`.
         """
-        log_half = np.where(self.support_codes == 0, factor * self.ln_ratio_sd, np.nan)
-        return self.ratio * np.exp(-log_half), self.ratio * np.exp(log_half)
+        ln_half_width = np.where(self.support_codes == 0, factor * self.ln_ratio_sd, np.nan)
+        return self.ratio * np.exp(-ln_half_width), self.ratio * np.exp(ln_half_width)
 
 
 @dataclass(frozen=True)

@@ -65,7 +65,7 @@ class Patterns(Protocol):
 
         Args:
             information: What the points say of the effects.
-            prior_precision: Inverse variance of the size of a change, before the data.
+            prior_precision: Prior inverse variance of the size of a change.
         """
         ...
 
@@ -360,7 +360,7 @@ def likeliest_group(information: EffectInformation, prior_precision: float) -> B
 
     Args:
         information: What the points say of the effects.
-        prior_precision: Inverse variance of the size of a change, before the data.
+        prior_precision: Prior inverse variance of the size of a change.
 
     Returns:
         Whether each run is in the group, which has at least two runs, shape (curves,).
@@ -402,7 +402,7 @@ def _improved_group(
 
     Args:
         information: What the points say of the effects.
-        prior_precision: Inverse variance of the size of a change, before the data.
+        prior_precision: Prior inverse variance of the size of a change.
         penalty: Penalty on the score of a group of 0, 1, ... runs.
         is_member: Whether each run is in the group at the start, shape (curves,).
     """

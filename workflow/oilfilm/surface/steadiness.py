@@ -347,7 +347,7 @@ class _ChangeSearch:
     Attributes:
         effect_name: Name of the effect.
         likelihood: Its likelihood.
-        prior_precision: Inverse variance of the size of a change, before the data.
+        prior_precision: Prior inverse variance of the size of a change.
         twice_ln_steady_likelihoods: Twice the logarithm of the likelihood without a change at each
             variance, shape (variances,).
     """

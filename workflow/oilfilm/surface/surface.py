@@ -81,10 +81,10 @@ class Prediction:
         Args:
             factor: `point` or `curve` of `IntervalFactors`.
         """
-        log_half = np.where(self.support_codes == 0, factor * self.next_run_sd, np.nan)
+        ln_half_width = np.where(self.support_codes == 0, factor * self.next_run_sd, np.nan)
         # where mu is nearly 0, the error of the zero is so many times mu that no limit is known
         with np.errstate(over="ignore"):
-            return self.mu * np.exp(-log_half), self.mu * np.exp(log_half)
+            return self.mu * np.exp(-ln_half_width), self.mu * np.exp(ln_half_width)
 
 
 @dataclass(frozen=True)
