@@ -21,7 +21,7 @@ from oilfilm.api.axes import given_or_new_axes
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
-from oilfilm.base.labels import aligned
+from oilfilm.base.labels import aligned_arguments
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import condition_level_numbers
 from oilfilm.fits.fit import fit_oil
@@ -407,7 +407,7 @@ def fit(
     arguments = dict(zip(column_names, values, strict=True))
     if curve is not None:
         arguments["curve"] = curve
-    arguments, _ = aligned(arguments)
+    arguments, _ = aligned_arguments(arguments)
     curve = arguments.pop("curve", None)
     arrays = [in_unit(value, name) for name, value in arguments.items()]
     try:
@@ -530,11 +530,11 @@ def _doubts_about_runs(
         )
     runs_of_several = condition_count_of_run.index[condition_count_of_run > 1]
     if len(runs_of_several):
-        first = runs_of_several[0]
+        first_run = runs_of_several[0]
         notes.append(
             f"{len(runs_of_several)} of {run_count} curves have points at several conditions, as "
-            f"{first!r} at {condition_count_of_run[first]}. A curve is taken for one run at the "
-            "mean of its conditions: the fit is wrong where these names do not mean runs."
+            f"{first_run!r} at {condition_count_of_run[first_run]}. A curve is taken for one run "
+            "at the mean of its conditions: the fit is wrong where these names do not mean runs."
         )
     return tuple(notes)
 

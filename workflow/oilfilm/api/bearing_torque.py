@@ -98,7 +98,7 @@ class BearingTorque:
 
     def summary(self) -> str:
         """Each operating point in sentences, its shares of variance, and what to measure next."""
-        return "\n".join(self._lines())
+        return "\n".join(self._summary_lines())
 
     def plot(self, axes: Any = None) -> Any:
         """Draw torque with its interval over speed, or over the load or temperature that varies.
@@ -160,7 +160,7 @@ class BearingTorque:
             is_best_oil_here &= points[column] == row[column]
         return float(points.loc[is_best_oil_here, "best_share"].sum(min_count=1))
 
-    def _lines(self) -> Iterator[str]:
+    def _summary_lines(self) -> Iterator[str]:
         """The lines of the summary."""
         for point, row in self._rows_of_oil(self.answers.points).iterrows():
             yield from _lines_of_point(row, self._share_of_best(row))

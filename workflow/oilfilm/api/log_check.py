@@ -70,8 +70,8 @@ _RIG_CLASSES: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
 CONSEQUENCES_BY_CAUSE: Mapping[str, frozenset[str]] = {
     cause: frozenset(rules.split()) for cause, rules in RULES["causes"].items()
 }
-# A log: its path and its content.
-Log = tuple[str, bytes]
+# Path and content of a log.
+PathAndContent = tuple[str, bytes]
 # A report on a log, a run or a part of it: plain values by key, as in JSON.
 JsonObject = dict[str, Any]
 
@@ -321,7 +321,10 @@ def rig_class_of(path: str, settings: Settings) -> type[RigKind]:
 
 
 def reports_on_logs_of_kind(
-    logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
+    logs: Iterable[PathAndContent],
+    settings: Settings,
+    rig_class: type[RigKind],
+    run_sheet: RunSheet,
 ) -> list[JsonObject]:
     """The reports on logs of one kind of rig, in the order of the logs; NaN where unknown.
 
@@ -339,7 +342,10 @@ def reports_on_logs_of_kind(
 
 
 def _reports_and_tables(
-    logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
+    logs: Iterable[PathAndContent],
+    settings: Settings,
+    rig_class: type[RigKind],
+    run_sheet: RunSheet,
 ) -> tuple[list[JsonObject], Curated]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
     ingested = ingest_logs(logs, settings, rig_class.kind_of_logs, run_sheet)

@@ -684,10 +684,10 @@ def _refuse_unlabelled(points: pd.DataFrame, mu_table: MuTable) -> None:
             continue
         is_unlabelled = points[label_column].isna() | (points[label_column] == "")
         if is_unlabelled.any():
-            first = points.loc[is_unlabelled].iloc[0]
+            first_row = points.loc[is_unlabelled].iloc[0]
             raise mu_table.error(
                 f"{int(is_unlabelled.sum())} of {len(points)} rows name no {label_column}, the "
-                f"first is that of S = {first[SLIP]:g} and mu = {first[MU]:g}.",
+                f"first is that of S = {first_row[SLIP]:g} and mu = {first_row[MU]:g}.",
                 f"Write the {label_column} into each row, also below merged cells; or remove the "
                 "column.",
             )

@@ -168,7 +168,7 @@ def _most_frequent_rule(log_report: Mapping[str, Any]) -> str:
     return count_by_rule.most_common(1)[0][0] if count_by_rule else ""
 
 
-def converse(
+def ask_and_check(
     folder: Path,
     campaign_name: str,
     file_names: Sequence[str],

@@ -172,10 +172,10 @@ def _lines_of_warnings(
     columns = (*fitted_law.law.conditions, SLIP)
     box = fitted_law.widened_box.tolist()
     for column, value, (lowest, highest) in zip(columns, values, box, strict=True):
-        # mu has the size of that at the opposite slip; no other condition has a mirror image
-        size = abs(value) if column == SLIP else value
+        # mu has the same size at the opposite slip; no other condition has a mirror image
+        tested_side_value = abs(value) if column == SLIP else value
         # a condition without tested levels has no range
-        if np.isfinite([lowest, value]).all() and not lowest <= size <= highest:
+        if np.isfinite([lowest, value]).all() and not lowest <= tested_side_value <= highest:
             value_and_range = f"{column} {value:g}, tested {lowest:.4g} to {highest:.4g}"
             unit = tables.COLUMNS[column].shown_unit
             yield f"OUTSIDE the tested box: {value_and_range} {unit}".rstrip()

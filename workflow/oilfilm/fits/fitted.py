@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.labels import aligned
+from oilfilm.base.labels import aligned_arguments
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import (
@@ -579,7 +579,7 @@ class FittedLaw:
                 "method predict of the fitted law, which takes rows of them."
             )
         values = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        arguments, labelled = aligned(dict(zip((*CONDITIONS, SLIP), values, strict=True)))
+        arguments, labelled = aligned_arguments(dict(zip((*CONDITIONS, SLIP), values, strict=True)))
         arrays = [in_unit(value, name) for name, value in arguments.items()]
         broadcast = np.broadcast_arrays(*arrays)
         shape = broadcast[0].shape

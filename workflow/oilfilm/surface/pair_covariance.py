@@ -152,7 +152,9 @@ class PairCovariance:
     def ratio_covariance_at(self, targets: Coordinates) -> FloatArray:
         """Covariance of r at the targets with the coordinates, shape (targets, coordinates)."""
         cross_covariance = smooth_covariance(
-            self.ratio_covariance, self.as_ratio(targets), self.as_ratio(self.all_coordinates)
+            self.ratio_covariance,
+            self.with_ratio_slopes(targets),
+            self.with_ratio_slopes(self.all_coordinates),
         )
         return cross_covariance * self.half_sign
 
@@ -168,7 +170,7 @@ class PairCovariance:
         )
         return covariance_of_common + (oil_index - 0.5) * self.ratio_covariance_at(targets)
 
-    def as_ratio(self, targets: Coordinates) -> Coordinates:
+    def with_ratio_slopes(self, targets: Coordinates) -> Coordinates:
         """The same targets, with the law slopes of r."""
         slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference_sd)
         return replace(targets, law_slopes=slopes)

@@ -264,7 +264,9 @@ class RatioSurface:
         whitened_cross_covariance = scipy.linalg.solve_triangular(
             self.covariance_factor, cross_covariance.T, lower=True
         )
-        variance = smooth_variance(covariance.ratio_covariance, covariance.as_ratio(targets))
+        variance = smooth_variance(
+            covariance.ratio_covariance, covariance.with_ratio_slopes(targets)
+        )
         ln_ratio_sd = np.sqrt(variance - np.sum(whitened_cross_covariance**2, axis=0))
         return RatioPrediction(
             ratio=np.exp(self.sign * (cross_covariance @ self.weights)),
