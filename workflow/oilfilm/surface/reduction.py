@@ -34,8 +34,8 @@ _NODE_SPACING = 0.05
 # Number of curves whose slopes are computed at once. A slope of all points takes three times the
 # memory of the same slope of all coordinates, and there are about ten slopes.
 _CURVES_AT_ONCE = 1000
-# mu is near zero if it is below this number of standard deviations of the zero.
-_NEAR_ZERO_IN_SDS = 10.0
+# mu is near zero if it is below this factor times the error of the zero.
+_NEAR_ZERO_FACTOR = 10.0
 
 # Column of the gain in `ReducedCurves.effects`.
 _GAIN_COLUMN = EFFECT_NAMES.index("gain")
@@ -47,14 +47,15 @@ ANOTHER_RIG = -1
 SlipWeights = FloatArray | scipy.sparse.csr_array
 
 
-def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
+def is_near_zero(mu: FloatArray, zero_error: float) -> BoolArray:
     """Whether each mu is so small that ln mu is not nearly linear in the error of the zero.
 
     Args:
         mu: Measured traction coefficients.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
     """
-    return mu < _NEAR_ZERO_IN_SDS * zero_sd
+    return mu < _NEAR_ZERO_FACTOR * zero_error
 
 
 @dataclass(frozen=True)
@@ -305,7 +306,7 @@ def box_of(measurements: Measurements) -> ConditionBox:
     )
 
 
-def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> FloatArray:
+def response(measurements: Measurements, log_mu: LogMu, zero_error: float) -> FloatArray:
     """What a surface is fitted to: ln mu of each point, linearised near zero, shape (points,).
 
     Near zero traction it is ln m + (mu - m)/m, where m is mu of the present surface. The law alone
@@ -314,9 +315,10 @@ def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> Float
     Args:
         measurements: The points.
         log_mu: ln mu of the present surface, from conditions and slips.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
     """
-    is_linear = is_near_zero(measurements.mu, zero_sd)
+    is_linear = is_near_zero(measurements.mu, zero_error)
     log_mu_of_point = np.log(np.where(is_linear, 1.0, measurements.mu))
     if is_linear.any():
         conditions = measurements.point_conditions[is_linear]
@@ -327,23 +329,24 @@ def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> Float
     return log_mu_of_point
 
 
-def floored_log_mu(log_mu: LogMu, zero_sd: float) -> LogMu:
+def floored_log_mu(log_mu: LogMu, zero_error: float) -> LogMu:
     """ln mu of a surface, not below ln of the error of the zero: below it a surface tells nothing.
 
     Args:
         log_mu: ln mu of the surface, from conditions and slips.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
     """
 
     def bounded_log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """ln mu at points, shape (points,)."""
-        return np.maximum(log_mu(conditions, slip), np.log(zero_sd))
+        return np.maximum(log_mu(conditions, slip), np.log(zero_error))
 
     return bounded_log_mu
 
 
 def reduced_curves(
-    measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_sd: float, box: ConditionBox
+    measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_error: float, box: ConditionBox
 ) -> ReducedCurves:
     """The curves as coordinates.
 
@@ -351,17 +354,18 @@ def reduced_curves(
         measurements: The points, in canonical order.
         law: The law.
         log_mu: ln mu of the present surface, from conditions and slips.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
         box: The box of the tested conditions.
     """
-    present_log_mu = floored_log_mu(log_mu, zero_sd)
+    present_log_mu = floored_log_mu(log_mu, zero_error)
     conditions, slip = measurements.point_conditions, measurements.slip
     if measurements.noise_ratio is None:
         weight_of_point = np.ones(len(slip))
     else:
         weight_of_point = 1 / measurements.noise_ratio
     weighted_departure = weight_of_point * (
-        response(measurements, present_log_mu, zero_sd) - law.log_mu(conditions, slip)
+        response(measurements, present_log_mu, zero_error) - law.log_mu(conditions, slip)
     )
     scaled_slips = scaled_slip(slip)
     slips, slip_weights_of_points = slip_nodes(scaled_slips)
