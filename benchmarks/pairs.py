@@ -99,7 +99,7 @@ def campaign(name: str, pair: OilPair, design: str, seed: int, *, alone: bool) -
         "pair": name,
         "level": factors.level,
         "inside": ((lower <= true) & (true <= upper))[supported].mean(),
-        "half": np.median(factors.point * prediction.sd[supported]),
+        "half": np.median(factors.point * prediction.ln_ratio_sd[supported]),
         "certain": (higher | less)[supported].mean(),
         "wrong": wrong.mean(),
         "answered": supported.mean(),
@@ -144,7 +144,7 @@ def scale() -> None:
         seconds = time.perf_counter() - start
         asked = random_conditions(NEW_POINTS, random)
         prediction = surface.predict(asked, np.full(NEW_POINTS, 0.05))
-        half = np.median(factor * prediction.sd)
+        half = np.median(factor * prediction.ln_ratio_sd)
         error = np.quantile(np.abs(prediction.ratio / PLANTED_RATIO - 1), 0.95)
         print(f"{runs:6d} {seconds:6.1f} {peak / 1e6:5.0f} {100 * half:7.2f} {100 * error:8.2f}")
 

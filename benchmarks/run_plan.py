@@ -31,7 +31,7 @@ import pandas as pd
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.steadiness import smallest_seen
+from oilfilm.surface.steadiness import smallest_visible_size
 from oilfilm.surface.surface import fit_surface
 from oilfilm.torque.lacking_runs import ConditionLevels
 from oilfilm.torque.run_plan import MeasuredRuns, plan_runs
@@ -83,7 +83,7 @@ def smallest(
     ordered = points.in_canonical_order()
     surface = fit_surface(ordered, fitted_law(ordered))
     time = np.arange(len(conditions), dtype=float)
-    return smallest_seen(surface.misfit_covariance, effect, pattern(time)[curves])
+    return smallest_visible_size(surface.misfit_covariance, effect, pattern(time)[curves])
 
 
 def with_references(conditions: FloatArray, reference: FloatArray) -> FloatArray:

@@ -37,15 +37,15 @@ import numpy as np
 import pandas as pd
 
 from oilfilm.base.randomness import generator
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.label_swap import likeliest_swap
-from oilfilm.surface.misreading import misread_runs
+from oilfilm.surface.misreading import likeliest_misreading
 from oilfilm.surface.steadiness import (
     LARGEST_CHANGES,
     SteadinessLimits,
     largest_change,
-    smallest_changes,
-    smallest_seen,
+    smallest_visible_changes,
+    smallest_visible_size,
 )
 from oilfilm.surface.surface import Surface, fit_surface
 
@@ -78,7 +78,7 @@ def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface
     """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
     surface = fitted_surface(campaign)
     change = largest_change(surface.misfit_covariance, campaign.order)
-    swap, misreading = likeliest_swap(surface), misread_runs(surface)
+    swap, misreading = likeliest_swap(surface), likeliest_misreading(surface)
     if misreading is not None and misreading.is_alarm:
         return "factor", misreading.is_misread.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
@@ -161,7 +161,7 @@ def seen(first: int, last: int) -> None:
     for number in range(first, last):
         truth = "own" if number % 2 == 0 else WRONG[number // 2 % len(WRONG)]
         order = ("random", "conditions")[number // 2 % 2]
-        effect = EFFECTS[number // 4 % len(EFFECTS)]
+        effect = EFFECT_NAMES[number // 4 % len(EFFECT_NAMES)]
         course = ("trend", "step")[number // 16 % 2]
         random = generator(23, "seen change", str(number))
         begin = int(random.integers(FEWEST_RUNS, RUNS - FEWEST_RUNS + 1))
@@ -199,7 +199,7 @@ def fitted_surface(campaign: BadCampaign) -> Surface:
 
 def printed_change(surface: Surface, campaign: BadCampaign, effect: str, course: str) -> float:
     """The smallest change of a course that is printed for a campaign."""
-    sizes = smallest_changes(surface.misfit_covariance, campaign.order)
+    sizes = smallest_visible_changes(surface.misfit_covariance, campaign.order)
     return float(getattr(sizes, course)[effect])
 
 
@@ -238,7 +238,7 @@ def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> floa
     Sizes are printed for a trend and a step. That of day and night is found in the same way. It is
     infinite for runs that nothing tells apart but mu: no size is printed for these.
     """
-    smallest = smallest_changes(surface.misfit_covariance, campaign.order)
+    smallest = smallest_visible_changes(surface.misfit_covariance, campaign.order)
     effect = campaign.planted.effect
     if not effect:
         return 0.0
@@ -246,7 +246,7 @@ def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> floa
         return np.inf
     if fault is day_and_night:
         # it has a course of its own, which goes from -1 to 1
-        return smallest_seen(surface.misfit_covariance, effect, campaign.pattern / 2)
+        return smallest_visible_size(surface.misfit_covariance, effect, campaign.pattern / 2)
     grows = np.unique(campaign.pattern).size > 2
     return (smallest.trend if grows else smallest.step)[effect]
 

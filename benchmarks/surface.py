@@ -45,7 +45,7 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reduction import ANOTHER_RIG
 from oilfilm.surface.surface import Surface, fit_surface
@@ -343,7 +343,7 @@ def constants(seeds: int) -> None:
         found = surface.misfit_covariance.sizes
         over_planted = {
             effect: found.effects[number] / getattr(planted, effect)
-            for number, effect in enumerate(EFFECTS)
+            for number, effect in enumerate(EFFECT_NAMES)
         }
         over_planted["noise"] = found.noise / planted.noise
         logarithms = {effect: np.log(ratio) for effect, ratio in over_planted.items()}

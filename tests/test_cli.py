@@ -21,7 +21,7 @@ from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.cli import main
-from oilfilm.cli.arguments import quantity
+from oilfilm.cli.arguments import typed_quantity
 from oilfilm.cli.predict import _lines_of_warnings
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.soundness import finished_fits
@@ -130,14 +130,14 @@ def test_a_load_is_a_pressure_in_the_contact_of_the_rig(
 
 
 def test_bare_number_is_in_the_unit_asked_for() -> None:
-    assert quantity("1.5", "GPa", "--stress") == 1.5
-    assert quantity("1.2e9Pa", "GPa", "--stress") == pytest.approx(1.2)
+    assert typed_quantity("1.5", "GPa", "--stress") == 1.5
+    assert typed_quantity("1.2e9Pa", "GPa", "--stress") == pytest.approx(1.2)
     # 1 revolution is 2 pi rad; 0 degC is 273.15 K
-    assert quantity("1256.637rad/s", "rpm", "--duty") == pytest.approx(12000)
-    assert quantity("373.15K", "degC", "--duty") == pytest.approx(100)
-    assert quantity("-4e1 degF", "degC", "--temperature") == pytest.approx(-40)
+    assert typed_quantity("1256.637rad/s", "rpm", "--duty") == pytest.approx(12000)
+    assert typed_quantity("373.15K", "degC", "--duty") == pytest.approx(100)
+    assert typed_quantity("-4e1 degF", "degC", "--temperature") == pytest.approx(-40)
     with pytest.raises(OilfilmError, match="--speed"):
-        quantity("1.2.3", "m/s", "--speed")
+        typed_quantity("1.2.3", "m/s", "--speed")
 
 
 def bearing(results: Path, *options: str) -> int:

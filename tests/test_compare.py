@@ -114,7 +114,7 @@ def test_data_are_simulated_by_their_kind_whatever_the_campaign_is_called(
     folders: list[Path], monkeypatch: pytest.MonkeyPatch, data: str, is_simulated: bool
 ) -> None:
     footer = {"campaign": "simulated-check", "data": data}
-    monkeypatch.setattr(compare, "campaign_folder", lambda folder: (folder, footer))
+    monkeypatch.setattr(compare, "results_and_footer", lambda folder: (folder, footer))
     fits = read_fits(folders, None)
     assert {fit.is_simulated for fit in fits.values()} == {is_simulated}
 

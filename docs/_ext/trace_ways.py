@@ -23,7 +23,7 @@ import numpy as np
 import pandas as pd
 
 import oilfilm
-from oilfilm.api.log_check import report, reports_on_logs
+from oilfilm.api.log_check import reports_on_logs, reports_text
 from oilfilm.base.digests import file_digest
 from oilfilm.base.home import HOME
 from oilfilm.curation.curate import collect, curate_ingested, curate_share
@@ -153,7 +153,7 @@ def way_of_limit() -> list[Step]:
         settings = settings_of_campaign()
     listed = Step("The rule passes the section to its script.", "workflow/rules/points.smk")
     with traced(listed):
-        Settings.of(settings.part("gates"))
+        Settings.from_plain_values(settings.plain_part("gates"))
     judged = Step(
         "The limit is read, and each plateau gets its verdict.", "workflow/scripts/points.py"
     )
@@ -166,7 +166,7 @@ def way_of_limit() -> list[Step]:
     shown = Step("`oilfilm check` prints the verdicts.", "workflow/oilfilm/api/log_check.py")
     checked = reports_on_logs({str(log): log.read_bytes}, settings_of_campaign(), _RAW.parent)
     with traced(shown):
-        report(checked)
+        reports_text(checked)
     return [read, listed, judged, shown]
 
 

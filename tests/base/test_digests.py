@@ -40,10 +40,10 @@ def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     packages = tmp_path / "workflow"
     shutil.copytree(ROOT / "workflow/oilfilm", packages / "oilfilm")
     monkeypatch.setattr(studies, "PACKAGES", packages)
-    for cached in (digests._module_files, digests._code):
+    for cached in (digests._module_files, digests._file_code):
         cached.cache_clear()
     yield packages / "oilfilm"
-    for cached in (digests._module_files, digests._code):
+    for cached in (digests._module_files, digests._file_code):
         cached.cache_clear()
 
 
@@ -53,7 +53,7 @@ def digest_of_changed_code(file: Path, old: str, new: str, script: str) -> tuple
     text = file.read_text(encoding="utf-8")
     assert old in text
     file.write_text(text.replace(old, new, 1), encoding="utf-8")
-    digests._code.cache_clear()
+    digests._file_code.cache_clear()
     return digest_before, digests.code_digest(SCRIPTS / script)
 
 
@@ -109,7 +109,7 @@ def test_import_is_found_wherever_it_is(tmp_path: Path, text: str, behind: set[s
 def test_digest_is_the_same_in_every_version_of_python() -> None:
     """Python 3.12 has added an empty list to each function and class, 3.8 a field to each text."""
     syntax_words: list[str] = []
-    digests._walk(ast.parse("class C: ...\ndef f(): return 'a'"), "", syntax_words, [])
+    digests._collect_syntax(ast.parse("class C: ...\ndef f(): return 'a'"), "", syntax_words, [])
     assert " ".join(syntax_words) == (
         "Module body ClassDef name 'C' body Expr value Constant value Ellipsis ) ) ) "
         "FunctionDef name 'f' args arguments ) body Return value Constant value 'a' ) ) ) )"

@@ -37,7 +37,7 @@ def test_differences_of_large_numbers_are_compared_with_the_rounding_of_these_nu
     # both are 0 but for the rounding of the terms
     first, second = 0.1 + 0.2 - 0.3, 0.0
     assert exceeds(first, second)
-    assert not exceeds(first, second, size=0.3)
+    assert not exceeds(first, second, term_size=0.3)
 
 
 def test_nan_is_neither_above_nor_below_and_infinity_is_above_all() -> None:

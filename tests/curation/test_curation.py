@@ -142,7 +142,9 @@ def test_sign_and_slower_body_agree(traction_sign: int, slower: str, force_sign:
     ball, disc = (9.0, 11.0) if slower == "ball" else (11.0, 9.0)
     force_n = traction_sign * force_sign * 2.0
     samples = samples.assign(traction_force_n=force_n, disc_speed_m_s=disc, ball_speed_m_s=ball)
-    settings = Settings.of({"campaign": {"semantics": log.model_dump(), "semantics_of_rig": {}}})
+    settings = Settings.from_plain_values(
+        {"campaign": {"semantics": log.model_dump(), "semantics_of_rig": {}}}
+    )
     signals = TractionRig.make_signals(arrays_of_samples(samples), "any", settings)
     assert signals["traction_force_n"].tolist() == [2.0]
     assert signals["slide_roll_ratio"].tolist() == [0.2]

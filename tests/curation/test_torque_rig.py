@@ -18,8 +18,8 @@ from torque_logs import RATE_HZ, UNITS, by_quantity, signals, text
 def measured(logs: list[tuple[str, bytes]], config: Settings) -> tuple[pd.DataFrame, pd.DataFrame]:
     """Plateaus and quarantine, by no more settings than the rule `torque_runs` lists."""
     of_campaign = ("header", "oil_aliases", "torque")
-    listed = config.part("oils", "rigs", "torque_logs", "curation", campaign=of_campaign)
-    curated = curate_logs(logs, Settings.of(listed), TorqueRig)
+    listed = config.plain_part("oils", "rigs", "torque_logs", "curation", campaign=of_campaign)
+    curated = curate_logs(logs, Settings.from_plain_values(listed), TorqueRig)
     return curated.points, curated.quarantine
 
 

@@ -162,7 +162,7 @@ def _rigid_problem(settings: Settings, oil: str, *others: Any) -> FrictionProble
     problem = _TRUE_PROBLEM(settings, oil, *others)
     bearing = settings.bearing
     flooded = Lubrication.flooded(
-        settings.known_oil(oil),
+        settings.oil_with_properties(oil),
         problem.lubrication.inlet_temperature_c,
         bearing.drag_coefficient,
         bearing.oil_volume_fraction,

@@ -596,8 +596,10 @@ def test_campaign_of_own_oils_has_no_claims_and_no_printed_rows(
     demo: Campaign, fits: dict[str, pd.DataFrame], oils: list[str], of_paper: bool
 ) -> None:
     own = pd.concat([fits["4102"].assign(oil=oil) for oil in oils])
-    plain = demo.config.plain()
-    config = Settings.of({**plain, "oils": dict.fromkeys(oils, plain["oils"]["4102"])})
+    plain = demo.config.plain_values()
+    config = Settings.from_plain_values(
+        {**plain, "oils": dict.fromkeys(oils, plain["oils"]["4102"])}
+    )
     made = audit_campaign(results_of(demo, own), REFERENCE, CLAIMS, config)
     assert set(made["claims"]["basis"]) == (
         {"refit", "printed", "undoubted"} if of_paper else set()

@@ -119,7 +119,7 @@ def test_one_level_left_leaves_a_constant_open_however_it_scatters(
 
 
 def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
-    config = Settings.of({**quick.plain(), "oils": {"4050": None}})
+    config = Settings.from_plain_values({**quick.plain_values(), "oils": {"4050": None}})
     laws = ["tanh", "wang-deng-groups"]
     frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, config)
     row = frames.fit_quality.set_index("law").loc["wang-deng-groups"]

@@ -21,7 +21,7 @@ from oilfilm.fits.oil_pairs import (
 )
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.settings.resolved import Settings
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import LevelWidths
 from oilfilm.surface.ratio import RatioSurface
@@ -89,7 +89,7 @@ def test_a_pair_is_judged_by_what_both_oils_need_and_assume(config: Settings) ->
         fit = replace(measured, read_surface=partial(given_surface, surface))
         return replace(first, fit=fit)
 
-    usual_gain = RunErrorSizes().gain
+    usual_gain = ErrorPriors().gain
     one = oil_with(
         SurfaceLimits(level=0.9, reach_in_ranges=0.2, fewest_slips=5),
         RunAssumptions(LevelWidths(0.01, 0.04, 5.0), usual_error_names=("zero",)),
@@ -98,7 +98,7 @@ def test_a_pair_is_judged_by_what_both_oils_need_and_assume(config: Settings) ->
         SurfaceLimits(level=0.8, largest_spread=0.1),
         RunAssumptions(
             LevelWidths(0.02, 0.03, 2.0),
-            RunErrorSizes(gain=replace(usual_gain, median=7 * usual_gain.median)),
+            ErrorPriors(gain=replace(usual_gain, median=7 * usual_gain.median)),
             usual_error_names=("noise", "zero"),
         ),
     )
@@ -111,7 +111,7 @@ def test_a_pair_is_judged_by_what_both_oils_need_and_assume(config: Settings) ->
         # root mean square of 1 and 7
         assert assumptions.error_sizes.gain.median == pytest.approx(5 * usual_gain.median)
         assert set(assumptions.usual_error_names) == {"zero", "noise"}
-    assert assumptions_of_pair(one, one).error_sizes == RunErrorSizes()
+    assert assumptions_of_pair(one, one).error_sizes == ErrorPriors()
 
 
 def test_few_common_conditions_give_no_ratio() -> None:

@@ -11,7 +11,7 @@ from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.fits.surface_search import searched_surface
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Calibration, ErrorsBetweenRuns, Rig
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from surface_campaigns import PlantedErrors, fitted_law, latin, simulated
 
 
@@ -29,14 +29,14 @@ def of_rigs(config: Settings, *rigs: Rig) -> RunAssumptions:
 def test_a_size_that_no_rig_states_is_that_of_usual_rigs(config: Settings) -> None:
     assumed = of_rigs(config, rig(inlet_temperature_k=2.0))
     assert assumed.error_sizes.temperature_k.median == 2.0
-    assert assumed.error_sizes.gain == RunErrorSizes().gain
+    assert assumed.error_sizes.gain == ErrorPriors().gain
     assert "temperature_k" not in assumed.usual_error_names
     assert "gain" in assumed.usual_error_names
 
 
 def test_without_a_rig_all_sizes_are_usual(config: Settings) -> None:
     assumed = of_rigs(config)
-    assert assumed.error_sizes == RunErrorSizes()
+    assert assumed.error_sizes == ErrorPriors()
     assert len(assumed.usual_error_names) == 5
 
 

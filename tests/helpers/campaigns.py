@@ -152,9 +152,9 @@ def simulated_campaign() -> dict[str, Any]:
 
 def without(settings: Settings, *keys: str) -> Settings:
     """Settings of a campaign whose file lacks some keys."""
-    plain = settings.plain()
+    plain = settings.plain_values()
     campaign = {key: value for key, value in plain["campaign"].items() if key not in keys}
-    return Settings.of({**plain, "campaign": campaign})
+    return Settings.from_plain_values({**plain, "campaign": campaign})
 
 
 def lay_out(project: Path) -> None:

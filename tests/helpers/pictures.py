@@ -40,8 +40,8 @@ def is_as_wide_as_a_column(figure: Figure, folder: Path) -> bool:
 
 def of_oils(settings: Settings, oils: list[str]) -> Settings:
     """The settings of a campaign with some of its oils alone."""
-    plain = settings.plain()
-    return Settings.of({**plain, "oils": {oil: plain["oils"][oil] for oil in oils}})
+    plain = settings.plain_values()
+    return Settings.from_plain_values({**plain, "oils": {oil: plain["oils"][oil] for oil in oils}})
 
 
 def difference_from(baseline: Path, figure: Figure, folder: Path) -> str | None:

@@ -23,8 +23,8 @@ from planted_fits import printed_fits
 
 OIL = "4102"
 CONTACT = rig_contact()
-DEMO = resolve(LABORATORY, {}).plain()
-SETTINGS = Settings.of({**DEMO, "oils": {OIL: DEMO["oils"][OIL]}})
+DEMO = resolve(LABORATORY, {}).plain_values()
+SETTINGS = Settings.from_plain_values({**DEMO, "oils": {OIL: DEMO["oils"][OIL]}})
 TRUTH = to_internal(LAW, np.array(printed()[OIL]))
 SLIP = np.linspace(0, 0.3, 31)
 NO_RIG = np.zeros(4)

@@ -337,7 +337,7 @@ def test_slip_that_no_two_bodies_can_have_is_refused_with_its_row() -> None:
 
 def test_log_in_rpm_of_a_rig_without_radii_says_what_is_missing() -> None:
     rigs = {"pcs-etm": {"name": "x", "source": "y"}}
-    config = Settings.of({**CONFIG.plain(), "rigs": rigs})
+    config = Settings.from_plain_values({**CONFIG.plain_values(), "rigs": rigs})
     names = "time_s,load_n,traction_force_n,ball_speed_rpm,disc_speed_rpm,inlet_temperature_c"
     (refusal,) = read_rows(names, "0,1,2,3,4,5", config=config).refusals
     assert refusal.rule == "rig"
@@ -358,7 +358,9 @@ def test_archive_that_unfolds_without_end_is_refused(monkeypatch: pytest.MonkeyP
     assert error.value.refusal.rule == "too_large"
 
 
-ONE_OIL = type(CONFIG).of({**CONFIG.plain(), "oils": {"4050": CONFIG.plain()["oils"]["4050"]}})
+ONE_OIL = type(CONFIG).from_plain_values(
+    {**CONFIG.plain_values(), "oils": {"4050": CONFIG.plain_values()["oils"]["4050"]}}
+)
 
 
 @pytest.mark.parametrize("key", ["lubricant", "test_oil", "oil_name", "Schmierstoff", "润滑油"])

@@ -391,7 +391,7 @@ def measured(
 ) -> making.FinishedRun:
     """A run of measured logs, which a rebuild has to find again; the project is the folder."""
     campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["curves"]}})
-    own = Settings.of({**campaign.plain(), "bearings": {}})
+    own = Settings.from_plain_values({**campaign.plain_values(), "bearings": {}})
     run = made(project(tmp_path / "project"), own, RAW, {"runs": runs_of(RAW)})
     monkeypatch.chdir(run.root)
     return run

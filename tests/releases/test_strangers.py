@@ -112,7 +112,7 @@ NOWHERE = ("../../evil", "/evil", "a/b", "C:evil", "")
 def test_rebuild_refuses_a_configuration_of_a_stranger_or_of_an_earlier_version(
     stranger: Path, config: Settings, changes: dict[str, Any], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    plain = config.plain()
+    plain = config.plain_values()
     if names := changes.get("oils"):
         changes = {"oils": {**dict.fromkeys(names, plain["oils"]["4102"]), **plain["oils"]}}
     alter(stranger, "config.yaml", as_yaml(plain | changes).encode())

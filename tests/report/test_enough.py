@@ -16,8 +16,8 @@ NOTHING: dict[str, Any] = {"file": "", "rule": "unreadable", "reason": "-", "adv
 
 def campaign(config: Settings, **keys: Any) -> Campaign:
     """The demonstration with other keys; without torque logs unless they are given."""
-    plain = {**config.plain()["campaign"], "torque": None, **keys}
-    return Settings.of({**config.plain(), "campaign": plain}).campaign
+    plain = {**config.plain_values()["campaign"], "torque": None, **keys}
+    return Settings.from_plain_values({**config.plain_values(), "campaign": plain}).campaign
 
 
 def runs(**verdicts: str) -> CampaignTables:
@@ -67,7 +67,7 @@ def test_enough_runs_are_counted_by_oil_and_too_few_end_the_run(config: Settings
 
 
 def test_torque_logs_need_accepted_runs_of_their_own(config: Settings) -> None:
-    torque = config.plain()["campaign"]["torque"]
+    torque = config.plain_values()["campaign"]["torque"]
 
     def lacking(kept: list[dict[str, Any]], *refused: dict[str, Any]) -> list[str]:
         results = runs(x="A").replace(
@@ -99,5 +99,5 @@ def test_a_torque_log_with_a_colon_in_its_name_is_a_log_of_its_own(config: Setti
     results = runs(x="A").replace(
         torque_runs=rows("torque_runs", kept), torque_quarantine=rows("quarantine", unread)
     )
-    with_torque = campaign(config, torque=config.plain()["campaign"]["torque"])
+    with_torque = campaign(config, torque=config.plain_values()["campaign"]["torque"])
     assert "torque runs: 1 of 2 accepted" in accepted_runs_text(results, with_torque)

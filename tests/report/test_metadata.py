@@ -68,7 +68,7 @@ def schema_of(package: dict[str, Any], table: str) -> dict[str, Any]:
 def settings_with(about: dict[str, Any], data: str = "measured") -> Settings:
     """Settings of a campaign with this description of its data."""
     campaign = {"name": "demo", "data": data, "description": "A campaign."}
-    return Settings.of({"campaign": campaign, "dataset": about})
+    return Settings.from_plain_values({"campaign": campaign, "dataset": about})
 
 
 def test_columns_have_unit_meaning_caveat_and_bounds(package: dict[str, Any]) -> None:

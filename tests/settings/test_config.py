@@ -18,7 +18,7 @@ from oilfilm.settings.base import Group
 from oilfilm.settings.campaign import CampaignFile, Semantics
 from oilfilm.settings.config import Config
 from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import campaign_names, resolve, resolve_given, safe_name
+from oilfilm.settings.resolve import campaign_names, resolve, resolve_snakemake_config, safe_name
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import OilFile
 from oilfilm.settings.yaml_file import read_yaml
@@ -177,7 +177,7 @@ def test_campaign_may_override_every_key_of_the_settings(folder: Path) -> None:
     resolved = resolve(folder, {"campaign": "etm-slim"})
     # how the work is spread and in which image it runs are no part of the settings of a result
     del settings["split"], settings["container"]
-    assert {key: resolved.plain()[key] for key in settings} == settings
+    assert {key: resolved.plain_values()[key] for key in settings} == settings
 
 
 def test_template_of_an_oil_is_a_good_oil_file() -> None:
@@ -188,8 +188,8 @@ def test_template_of_an_oil_is_a_good_oil_file() -> None:
 
 def test_project_needs_only_what_differs(tmp_path: Path) -> None:
     (tmp_path / "config.yaml").write_text("campaign: etm-slim\nseed: 7\n", encoding="utf-8")
-    all_settings = resolve(ROOT / "config", {"campaign": "etm-slim"}).plain()
-    assert resolve(tmp_path, {}).plain() == {**all_settings, "seed": 7}
+    all_settings = resolve(ROOT / "config", {"campaign": "etm-slim"}).plain_values()
+    assert resolve(tmp_path, {}).plain_values() == {**all_settings, "seed": 7}
     (tmp_path / "config.yaml").write_text("gatse: {lambda_limit: 3}\n", encoding="utf-8")
     with pytest.raises(OilfilmError, match=r"line 1.*unknown key 'gatse'.*'gates'"):
         resolve(tmp_path, {})
@@ -201,7 +201,7 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
     path = folder / "oils/4102.yaml"
     path.write_text(path.read_text("utf-8").replace("name:", "name: own, ", 1), "utf-8")
     own_oils, shipped_oils = (
-        resolve(config_folder, {"campaign": "laboratory"}).plain()["oils"]
+        resolve(config_folder, {"campaign": "laboratory"}).plain_values()["oils"]
         for config_folder in (folder, LABORATORY)
     )
     assert own_oils["4050"] == shipped_oils["4050"]
@@ -220,14 +220,17 @@ def test_configuration_of_a_host_takes_the_place_of_the_file(folder: Path) -> No
     """A workflow that imports this one may give it all of config.yaml; a campaign still wins."""
     whole_config = {**read_yaml(folder / "config.yaml").values, "folder": str(folder)}
     whole_config = merge(whole_config, {"campaign": "etm-slim", "seed": 3})
-    settings = resolve_given(whole_config, {})
+    settings = resolve_snakemake_config(whole_config, {})
     assert (settings.campaign.name, settings.seed) == ("etm-slim", 3)
     assert settings.gates.temperature_tolerance_c == 2.5
     # what is typed wins, even where it says the same as the file
     typed = {"gates": {"temperature_tolerance_c": 2.0}}
-    assert resolve_given(whole_config, typed).gates.temperature_tolerance_c == 2.0
+    assert resolve_snakemake_config(whole_config, typed).gates.temperature_tolerance_c == 2.0
     campaign_alone = {"campaign": "etm-slim"}
-    assert resolve_given({**campaign_alone, "folder": str(folder)}, campaign_alone).seed != 3
+    assert (
+        resolve_snakemake_config({**campaign_alone, "folder": str(folder)}, campaign_alone).seed
+        != 3
+    )
 
 
 @pytest.mark.parametrize("campaign", campaign_names(ROOT / "config"))
@@ -236,12 +239,12 @@ def test_shipped_campaigns_can_be_read(campaign: str) -> None:
 
 
 def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Settings) -> None:
-    part = config.part("gates", "oils", campaign=("twin", "torque", "header"))
+    part = config.plain_part("gates", "oils", campaign=("twin", "torque", "header"))
     assert set(part) == {"campaign", "gates", "oils"}
     assert set(part["campaign"]) == {"name", "data", "twin", "torque", "header"}
     handed_over = json.loads(json.dumps(part))
-    settings = Settings.of(handed_over)
-    assert settings.plain() == part
+    settings = Settings.from_plain_values(handed_over)
+    assert settings.plain_values() == part
     assert settings.gates == config.gates
     assert settings.campaign.twin == config.campaign.twin
     assert settings.oils["4102"] == config.oils["4102"]
@@ -250,7 +253,9 @@ def test_part_that_a_rule_lists_is_the_same_after_the_job_has_read_it(config: Se
 def test_key_left_out_has_its_default_only_where_the_rule_lists_it(config: Settings) -> None:
     measured = without(config, "twin", "torque", "semantics")
     assert measured.campaign.twin is None
-    listed = Settings.of(measured.part(campaign=("oils", "twin", "semantics"))).campaign
+    listed = Settings.from_plain_values(
+        measured.plain_part(campaign=("oils", "twin", "semantics"))
+    ).campaign
     assert (listed.twin, listed.semantics) == (None, Semantics())
     with pytest.raises(AttributeError, match="torque"):
         _ = listed.torque
@@ -279,14 +284,14 @@ def models_in(annotation: Any) -> Iterator[type[Group]]:
         yield from models_in(part)
 
 
-def keys_of(model: type[Group], group: str = "") -> Iterator[str]:
+def key_path_by_property(model: type[Group], group: str = "") -> Iterator[str]:
     """The keys of a model that hold values, with the groups that they are in."""
     for name, field in model.model_fields.items():
         inner_models = [*models_in(field.annotation)]
         if not inner_models:
             yield f"{group}{name}"
         for inner_model in inner_models:
-            yield from keys_of(inner_model, f"{group}{name}.")
+            yield from key_path_by_property(inner_model, f"{group}{name}.")
 
 
 # Read by names that are made: of columns, or of a key with a range.
@@ -308,7 +313,9 @@ def test_every_key_of_the_configuration_is_read_somewhere() -> None:
     read_names = {
         attribute or text for attribute, text in re.findall(r"\.(\w+)|[\"'](\w+)[\"']", all_source)
     }
-    unread_keys = {key for key in keys_of(Config) if key.rpartition(".")[2] not in read_names}
+    unread_keys = {
+        key for key in key_path_by_property(Config) if key.rpartition(".")[2] not in read_names
+    }
     assert unread_keys == BY_NAME
 
 

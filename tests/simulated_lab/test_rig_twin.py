@@ -53,9 +53,9 @@ def test_slip_programme_visits_31_steps_between_two_rolling_phases(config: Setti
 def test_campaign_that_the_twin_cannot_simulate_is_refused_in_words(
     config: Settings, oil: str, rig: dict[str, Any], words: str
 ) -> None:
-    plain = config.with_changes({"campaign": {"oils": [oil]}}).plain()
+    plain = config.with_changes({"campaign": {"oils": [oil]}}).plain_values()
     ((name, keys),) = plain["rigs"].items()
-    settings = Settings.of({**plain, "rigs": {name: {**keys, **rig}}})
+    settings = Settings.from_plain_values({**plain, "rigs": {name: {**keys, **rig}}})
     with pytest.raises(OilfilmError, match=words):
         next(simulate_campaign(settings, printed()))
 

@@ -58,8 +58,8 @@ def test_torque_by_a_heated_film_falls_when_the_oil_is_warmer() -> None:
 
 def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: Settings) -> None:
     # positive control: from simulated traction logs by the fit to the torque of simulated logs
-    plain = config.with_changes({"campaign": {"oils": ["4102"]}}).plain()
-    config = Settings.of({**plain, "oils": {"4102": plain["oils"]["4102"]}})
+    plain = config.with_changes({"campaign": {"oils": ["4102"]}}).plain_values()
+    config = Settings.from_plain_values({**plain, "oils": {"4102": plain["oils"]["4102"]}})
     fit = demo.fit("4102", bootstrap=20, searches=2)
     (oil,) = oils_in_bearings(fit.coefficients, fit.fit_quality, config)
     _, curated, true = curated_logs(config)

@@ -8,8 +8,8 @@ import scipy.stats
 
 from lawless_truths import TRUTHS
 from oilfilm.surface import effect_likelihood as effect_likelihood_module
-from oilfilm.surface.effect_likelihood import INDEX_OF_FIT, effect_likelihood
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effect_likelihood import FIT_VARIANCE_INDEX, effect_likelihood
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
 
@@ -22,10 +22,10 @@ def covariance():
     return fit_surface(measured, fitted_law(measured)).misfit_covariance
 
 
-@pytest.mark.parametrize("effect", EFFECTS)
+@pytest.mark.parametrize("effect", EFFECT_NAMES)
 def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
     likelihood = effect_likelihood(covariance, effect)
-    number = EFFECTS.index(effect)
+    number = EFFECT_NAMES.index(effect)
     pattern = np.linspace(-0.5, 0.5, len(covariance.curves.conditions))
     expected = covariance.sizes.effects[number] ** 2
 
@@ -42,33 +42,35 @@ def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
     ratios = effect_likelihood_module._VARIANCE_RATIOS
     size = 0.7 * np.sqrt(expected)
     first = log_density(1.0, 0.0)
-    for chosen in (3, INDEX_OF_FIT, 22):
+    for chosen in (3, FIT_VARIANCE_INDEX, 22):
         information = likelihood.information(chosen)
         steady = (
-            likelihood.twice_ln_likelihood_of_steady_runs()[chosen]
-            - likelihood.twice_ln_likelihood_of_steady_runs()[INDEX_OF_FIT]
+            likelihood.twice_ln_steady_likelihoods()[chosen]
+            - likelihood.twice_ln_steady_likelihoods()[FIT_VARIANCE_INDEX]
         )
         assert steady == pytest.approx(2 * (log_density(ratios[chosen], 0.0) - first), abs=1e-3)
-        changed = 2 * size * information.pull @ pattern
-        changed -= size**2 * pattern @ information.times(pattern)
+        changed = 2 * size * information.vector @ pattern
+        changed -= size**2 * pattern @ information.matrix_times(pattern)
         direct = 2 * (log_density(ratios[chosen], size) - log_density(ratios[chosen], 0.0))
         assert changed == pytest.approx(direct, rel=1e-4, abs=1e-4)
 
 
 def test_features_of_all_conditions_give_the_exact_likelihood(covariance, monkeypatch):
-    exact = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
-    monkeypatch.setattr(effect_likelihood_module, "LARGEST_DENSE", 1)
-    featured = {effect: effect_likelihood(covariance, effect) for effect in EFFECTS}
-    for effect in EFFECTS:
+    exact = {effect: effect_likelihood(covariance, effect) for effect in EFFECT_NAMES}
+    monkeypatch.setattr(effect_likelihood_module, "LARGEST_EXACT_CURVE_COUNT", 1)
+    featured = {effect: effect_likelihood(covariance, effect) for effect in EFFECT_NAMES}
+    for effect in EFFECT_NAMES:
         difference = (
-            exact[effect].twice_ln_likelihood_of_steady_runs()
-            - featured[effect].twice_ln_likelihood_of_steady_runs()
+            exact[effect].twice_ln_steady_likelihoods()
+            - featured[effect].twice_ln_steady_likelihoods()
         )
         assert np.ptp(difference) < 1e-2
-        for number in (2, INDEX_OF_FIT, 25):
+        for number in (2, FIT_VARIANCE_INDEX, 25):
             left, right = exact[effect].information(number), featured[effect].information(number)
-            unit = np.eye(len(left.pull))
-            np.testing.assert_allclose(right.pull, left.pull, atol=1e-5 * np.ptp(left.pull))
-            whole = left.times(unit)
-            np.testing.assert_allclose(right.times(unit), whole, atol=1e-5 * np.abs(whole).max())
-            np.testing.assert_allclose(right.diagonal(), np.diag(right.times(unit)))
+            unit = np.eye(len(left.vector))
+            np.testing.assert_allclose(right.vector, left.vector, atol=1e-5 * np.ptp(left.vector))
+            whole = left.matrix_times(unit)
+            np.testing.assert_allclose(
+                right.matrix_times(unit), whole, atol=1e-5 * np.abs(whole).max()
+            )
+            np.testing.assert_allclose(right.diagonal(), np.diag(right.matrix_times(unit)))

@@ -13,7 +13,7 @@ from oilfilm.surface.interval import (
 )
 from oilfilm.surface.kernels import DepartureSizes
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.posterior import LeftOut
+from oilfilm.surface.posterior import LeftOutCurves
 from oilfilm.surface.reduction import box_of, reduced_curves
 from oilfilm.surface.reml import CurveCovariance, Sizes
 from oilfilm.traction import PAPER_LAW
@@ -117,7 +117,7 @@ def test_band_of_independent_errors_is_that_of_their_largest():
     left_out = []
     for curve in range(len(conditions)):
         coordinates = np.flatnonzero(covariance.curves.curve_of_coordinate == curve)
-        left_out.append(LeftOut(coordinates, np.eye(4) / ONLY_NOISE.noise**2, np.zeros(4)))
+        left_out.append(LeftOutCurves(coordinates, np.eye(4) / ONLY_NOISE.noise**2, np.zeros(4)))
     numbers = np.arange(len(conditions))
     factors = interval_factors(covariance, measured.curve_of_point, numbers, left_out, 0.95)
     assert factors.point == pytest.approx(1.96, abs=0.001)

@@ -7,9 +7,9 @@ import pytest
 
 from lawless_truths import TRUTHS
 from oilfilm.surface import label_swap
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.label_swap import likeliest_swap
-from oilfilm.surface.relabelled import Relabelled
+from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, random_conditions, simulated
 
@@ -47,7 +47,7 @@ def test_right_labels_stay(truth):
 
 def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
     surface, *_ = surface_with_labels("own", np.array([2, 11]), 49)
-    monkeypatch.setattr(label_swap, "LARGEST_DENSE", 10)
+    monkeypatch.setattr(label_swap, "LARGEST_EXACT_CURVE_COUNT", 10)
     assert likeliest_swap(surface) is None
 
 
@@ -57,6 +57,6 @@ def test_the_labels_as_read_are_no_likelier_at_other_sizes():
     random = np.random.default_rng(62)
     measured = simulated(TRUTHS["own"], random_conditions(100, random), random, slips=SLIPS)
     surface = fit_surface(measured, fitted_law(measured))
-    as_read = Relabelled.as_read(surface, RunErrorSizes())
-    refitted = as_read.fitted_to(as_read.measurements)
-    assert as_read.objective == pytest.approx(refitted.objective, abs=0.05)
+    as_read = FittedReadings.as_read(surface, ErrorPriors())
+    refitted = as_read.fit_to(as_read.measurements)
+    assert as_read.negative_ln_posterior == pytest.approx(refitted.negative_ln_posterior, abs=0.05)

@@ -8,9 +8,9 @@ import scipy.stats
 
 from lawless_truths import TRUTHS
 from nights import nightly, quick_ones
-from oilfilm.surface.effects import RunErrorSizes
-from oilfilm.surface.misreading import misread_runs
-from oilfilm.surface.relabelled import Relabelled
+from oilfilm.surface.effects import ErrorPriors
+from oilfilm.surface.misreading import likeliest_misreading
+from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
 
@@ -36,7 +36,7 @@ def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
 def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
     surface, few = surface_of(truth, **{f"{quantity}_factor": factor})
     day = np.arange(24) < 12
-    misreading = misread_runs(surface, {"day=1": day, "form=B": few})
+    misreading = likeliest_misreading(surface, {"day=1": day, "form=B": few})
     assert misreading is not None
     assert misreading.is_alarm
     assert (misreading.quantity, misreading.factor) == (quantity, factor)
@@ -46,13 +46,13 @@ def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
 @pytest.mark.parametrize("truth", ["own", "jt"])
 def test_right_readings_stay(truth):
     surface, few = surface_of(truth)
-    misreading = misread_runs(surface, {"form=B": few})
+    misreading = likeliest_misreading(surface, {"form=B": few})
     assert misreading is None or not misreading.is_alarm
 
 
 def test_runs_put_right_have_the_true_readings():
     surface, few = surface_of("own", speed_factor=2.0)
-    misreading = misread_runs(surface, {"form=B": few})
+    misreading = likeliest_misreading(surface, {"form=B": few})
     right = misreading.corrected(surface.measurements)
     assert set(np.round(right.conditions[:, 1])) == {25.0, 30.0, 35.0, 40.0}
 
@@ -60,11 +60,13 @@ def test_runs_put_right_have_the_true_readings():
 def test_likelihood_of_other_readings_is_that_of_the_normal_distribution():
     surface, few = surface_of("own")
     measured = surface.measurements
-    as_read = Relabelled.as_read(surface, RunErrorSizes())
+    as_read = FittedReadings.as_read(surface, ErrorPriors())
     conditions = measured.conditions.copy()
     conditions[few, 1] *= 1.3
-    other = as_read.fitted_to(replace(measured, conditions=conditions))
-    difference = other.objective_of(measured) - other.objective_of(other.measurements)
+    other = as_read.fit_to(replace(measured, conditions=conditions))
+    difference = other.negative_ln_likelihood_of(measured) - other.negative_ln_likelihood_of(
+        other.measurements
+    )
 
     def log_density(of):
         covariance = replace(of.covariance, sizes=other.covariance.sizes)

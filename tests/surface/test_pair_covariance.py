@@ -7,16 +7,16 @@ import pytest
 import scipy.optimize
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.pair_covariance import PairCovariance, PairSizes, objective, pair_priors
-from oilfilm.surface.ratio import PairedRuns
+from oilfilm.surface.pair_covariance import PairCovariance, PairSizes, pair_objective, pair_priors
+from oilfilm.surface.ratio import RunsOfPair
 from oilfilm.surface.reduction import box_of
 from oilfilm.traction import PAPER_LAW
 from planted_pairs import times
 from surface_campaigns import random_conditions, simulated
 
-KNOWN = pair_priors(RunErrorSizes())
+KNOWN = pair_priors(ErrorPriors())
 INDEX_OF_FIT = np.log([prior.median for prior in KNOWN])
 
 
@@ -28,7 +28,7 @@ def runs():
         simulated(truth, conditions, random, slips=slips)
         for truth in (TRUTHS["jt"], times(TRUTHS["jt"]))
     ]
-    return PairedRuns(*(oil.in_canonical_order() for oil in oils))
+    return RunsOfPair(*(oil.in_canonical_order() for oil in oils))
 
 
 @pytest.fixture(scope="module")
@@ -42,9 +42,9 @@ def test_slopes_of_the_likelihood_are_those_of_differences(runs, curves):
         return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil_of_curve, sizes)
 
     start = INDEX_OF_FIT + 0.1
-    _, slopes = objective(start, covariance_of, KNOWN)
+    _, slopes = pair_objective(start, covariance_of, KNOWN)
     by_differences = scipy.optimize.approx_fprime(
-        start, lambda logarithms: objective(logarithms, covariance_of, KNOWN)[0], 1e-6
+        start, lambda logarithms: pair_objective(logarithms, covariance_of, KNOWN)[0], 1e-6
     )
     np.testing.assert_allclose(slopes, by_differences, rtol=1e-3, atol=2e-3)
 

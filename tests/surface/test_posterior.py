@@ -17,8 +17,8 @@ from oilfilm.surface.measurements import scaled_conditions, scaled_slip
 from oilfilm.surface.posterior import (
     DensePosterior,
     NystromPosterior,
+    farthest_point_selection,
     smooth_covariance,
-    spread_out,
     weighted_covariance,
 )
 from oilfilm.surface.reduction import box_of, coordinates_at_points, reduced_curves
@@ -139,7 +139,9 @@ def test_reduction_of_twenty_slips_never_promises_more_than_all_points():
 
 def test_left_out_condition_is_predicted_as_without_its_runs(measured):
     group = measured.condition_of_curve()
-    for number, left_out in enumerate(DensePosterior(covariance_of(measured)).left_out(group)):
+    for number, left_out in enumerate(
+        DensePosterior(covariance_of(measured)).leave_groups_out(group)
+    ):
         if number not in (0, 7):
             continue
         out = group[measured.curve_of_point] == number
@@ -160,12 +162,14 @@ def test_nystrom_with_all_curves_is_the_dense_posterior(measured):
     np.testing.assert_allclose(nystrom.mean(places), dense.mean(places), atol=2e-5)
     np.testing.assert_allclose(nystrom.variance(places), dense.variance(places), rtol=1e-3)
     group = measured.condition_of_curve()
-    for one, other in zip(nystrom.left_out(group), dense.left_out(group), strict=True):
+    for one, other in zip(
+        nystrom.leave_groups_out(group), dense.leave_groups_out(group), strict=True
+    ):
         np.testing.assert_array_equal(one.coordinate_indices, other.coordinate_indices)
         np.testing.assert_allclose(one.error, other.error, atol=2e-5)
     slopes = covariance.curves.law_slopes
-    dense_change, dense_spread = dense.freedom(slopes)
-    change, spread = nystrom.freedom(slopes)
+    dense_change, dense_spread = dense.parameter_posterior(slopes)
+    change, spread = nystrom.parameter_posterior(slopes)
     np.testing.assert_allclose(change, dense_change, atol=3e-3)
     np.testing.assert_allclose(np.diag(spread), np.diag(dense_spread), rtol=1e-3)
 
@@ -181,11 +185,11 @@ def test_blocks_of_curves_change_nothing(monkeypatch):
     inducing = np.flatnonzero(covariance.curves.curve_of_coordinate < 6)
     whole = NystromPosterior(covariance, inducing)
     expected = [whole.mean(places), whole.variance(places)]
-    expected_left_out = list(whole.left_out(group))
+    expected_left_out = list(whole.leave_groups_out(group))
     monkeypatch.setattr(posterior_module, "_CURVES_AT_ONCE", 4)
     parts = NystromPosterior(covariance, inducing)
     np.testing.assert_allclose([parts.mean(places), parts.variance(places)], expected, rtol=1e-6)
-    for one, other in zip(parts.left_out(group), expected_left_out, strict=True):
+    for one, other in zip(parts.leave_groups_out(group), expected_left_out, strict=True):
         np.testing.assert_array_equal(one.coordinate_indices, other.coordinate_indices)
         np.testing.assert_allclose(one.error, other.error, atol=1e-7)
 
@@ -227,7 +231,7 @@ def test_weighted_covariance_is_that_of_all_coordinates(measured):
 
 def test_fewer_inducing_conditions_never_promise_more_than_the_dense_posterior(measured):
     covariance = covariance_of(measured)
-    chosen = spread_out(covariance.curves.conditions, 6)
+    chosen = farthest_point_selection(covariance.curves.conditions, 6)
     inducing = np.flatnonzero(np.isin(covariance.curves.curve_of_coordinate, chosen))
     places = coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP)
     nystrom, dense = NystromPosterior(covariance, inducing), DensePosterior(covariance)
@@ -255,7 +259,7 @@ def peak_memory(runs):
         inducing = np.flatnonzero(np.isin(covariance.curves.curve_of_coordinate, np.arange(12)))
         posterior = NystromPosterior(covariance, inducing)
         posterior.mean(coordinates_at_points(LAW, covariance.box, NEW, NEW_SLIP))
-        for _ in posterior.left_out(np.arange(runs)):
+        for _ in posterior.leave_groups_out(np.arange(runs)):
             pass
     return peak()
 
@@ -284,4 +288,6 @@ def test_rounding_does_not_choose_the_inducing_conditions():
     corners = np.array([(p, u, t) for p in (-1.0, 1.0) for u in (-1.0, 1.0) for t in (-1.0, 1.0)])
     conditions = np.vstack([np.zeros((1, 3)), corners])
     rounding = 1e-15 * np.random.default_rng(1).standard_normal(conditions.shape)
-    np.testing.assert_array_equal(spread_out(conditions + rounding, 4), spread_out(conditions, 4))
+    np.testing.assert_array_equal(
+        farthest_point_selection(conditions + rounding, 4), farthest_point_selection(conditions, 4)
+    )

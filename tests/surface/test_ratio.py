@@ -8,7 +8,7 @@ import pytest
 from lawless_truths import TRUTHS
 from oilfilm.surface import ratio as ratio_module
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.ratio import OilOfPair, PairedRuns, fit_ratio
+from oilfilm.surface.ratio import OilOfPair, RunsOfPair, fit_ratio
 from oilfilm.surface.support import Support
 from planted_pairs import PLANTED_RATIO, relative, times
 from surface_campaigns import (
@@ -56,7 +56,7 @@ def test_a_planted_ratio_is_inside_narrow_and_certain_with_24_runs_of_each_oil(f
     assert (prediction.support_codes == Support.SUPPORTED).all() and not prediction.is_outside.any()
     lower, upper = prediction.interval(factors.point)
     assert np.mean((lower < PLANTED_RATIO) & (PLANTED_RATIO < upper)) >= 0.95
-    assert np.median(factors.point * prediction.sd) <= 0.015
+    assert np.median(factors.point * prediction.ln_ratio_sd) <= 0.015
     assert (lower > 1).all()
 
 
@@ -91,7 +91,7 @@ def test_order_of_rows_and_of_oils_changes_no_digit(oils, fitted):
     back = fit_ratio(mixed[1], mixed[0])
     at = asked(5, 48)
     there, reciprocal = fitted.predict(*at), back.predict(*at)
-    np.testing.assert_array_equal(reciprocal.sd, there.sd)
+    np.testing.assert_array_equal(reciprocal.ln_ratio_sd, there.ln_ratio_sd)
     np.testing.assert_allclose(reciprocal.ratio, 1 / there.ratio, rtol=1e-15)
     assert back.interval_factors == fitted.interval_factors
 
@@ -113,7 +113,9 @@ def test_a_gain_that_all_runs_of_an_oil_share_moves_the_ratio_and_not_its_interv
     np.testing.assert_allclose(
         moved.predict(*at).ratio, 1.01 * fitted.predict(*at).ratio, rtol=2e-3
     )
-    np.testing.assert_allclose(moved.predict(*at).sd, fitted.predict(*at).sd, rtol=0.1)
+    np.testing.assert_allclose(
+        moved.predict(*at).ln_ratio_sd, fitted.predict(*at).ln_ratio_sd, rtol=0.1
+    )
 
 
 def test_conditions_of_one_oil_count_and_raise_no_level():
@@ -148,19 +150,19 @@ def test_a_slip_below_the_tested_ones_of_either_oil_is_marked(oils):
 
 
 def test_far_conditions_stand_for_all_of_a_large_campaign(oils):
-    runs = PairedRuns(*(oil.measurements.in_canonical_order() for oil in oils))
-    few = runs.standing_for_all(10)
+    runs = RunsOfPair(*(oil.measurements.in_canonical_order() for oil in oils))
+    few = runs.at_representative_conditions(10)
     assert np.count_nonzero(few.is_paired()) == len(few.is_paired()) == 10
-    assert runs.standing_for_all(24) is runs
+    assert runs.at_representative_conditions(24) is runs
 
 
 def test_a_large_campaign_agrees_with_all_of_its_conditions(oils, fitted, monkeypatch):
-    monkeypatch.setattr(ratio_module, "LARGEST_DENSE", 16)
+    monkeypatch.setattr(ratio_module, "_CONDITION_COUNT_FOR_RATIO", 16)
     large = fit_ratio(*oils)
     at = asked(20, 56)
     few, every = large.predict(*at), fitted.predict(*at)
-    assert (np.abs(np.log(few.ratio / every.ratio)) < 2 * few.sd).all()
-    assert (few.sd > every.sd).all()
+    assert (np.abs(np.log(few.ratio / every.ratio)) < 2 * few.ln_ratio_sd).all()
+    assert (few.ln_ratio_sd > every.ln_ratio_sd).all()
 
 
 def test_a_run_of_both_oils_is_refused(oils):

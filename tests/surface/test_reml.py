@@ -5,17 +5,23 @@ import pytest
 
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from oilfilm.surface import reml
-from oilfilm.surface.effects import LogNormal, RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors, LogNormal
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.reduction import box_of, reduced_curves
-from oilfilm.surface.reml import MISFIT, most_likely_sizes, objective, priors, size_names
+from oilfilm.surface.reml import (
+    MISFIT_KAPPA_PRIOR,
+    most_likely_sizes,
+    objective,
+    priors,
+    size_names,
+)
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import PlantedErrors, fitted_law, grid, simulated
 
 CUBE = grid((1.0, 1.25, 1.5), (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
 LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
 # Sizes of which hardly anything is known before the data.
-OPEN = RunErrorSizes(
+OPEN = ErrorPriors(
     gain=LogNormal(0.004, 2.0, 1e-4, 0.2),
     zero=LogNormal(1e-4, 2.0, 1e-7, 5e-3),
     slip_scale=LogNormal(0.01, 2.0, 1e-4, 0.2),
@@ -35,7 +41,7 @@ def test_gradient_is_that_of_differences(speeds):
     random = np.random.default_rng(5)
     conditions = grid((1.0, 1.25, 1.5), speeds, (25.0, 120.0))
     curves, box = curves_about(LAW, simulated(TRUTHS["jt"], conditions, random))
-    known = priors(RunErrorSizes(), MISFIT)
+    known = priors(ErrorPriors(), MISFIT_KAPPA_PRIOR)
     place = np.log([prior.median for prior in known]) + 0.2 * random.standard_normal(len(known))
     _, gradient = objective(place, curves, box, known)
     for number, name in enumerate(size_names()):
@@ -82,7 +88,7 @@ def test_misfit_tells_a_true_law_from_a_wrong_one():
 
 def test_a_search_that_is_cut_short_is_not_called_converged(monkeypatch):
     curves, box = curves_about(LAW, simulated(TRUTHS["jt"], CUBE, np.random.default_rng(9)))
-    known = priors(RunErrorSizes(), MISFIT)
+    known = priors(ErrorPriors(), MISFIT_KAPPA_PRIOR)
     whole = most_likely_sizes(curves, box, known)
     monkeypatch.setattr(reml, "_ITERATIONS", 3)
     short = most_likely_sizes(curves, box, known)
@@ -93,7 +99,7 @@ def test_a_search_that_is_cut_short_is_not_called_converged(monkeypatch):
 
 def test_sizes_are_those_where_the_slopes_vanish_wherever_the_search_begins():
     curves, box = curves_about(LAW, simulated(TRUTHS["own"], CUBE, np.random.default_rng(3)))
-    known = priors(RunErrorSizes(), MISFIT)
+    known = priors(ErrorPriors(), MISFIT_KAPPA_PRIOR)
     found = most_likely_sizes(curves, box, known)
     # the likelihood rises by 1e-7 per 1e-4 of a logarithm there, which is lost in 10^4
     assert largest_slope(found, curves, box, known) < 1e-4
@@ -113,4 +119,4 @@ def largest_slope(found, curves, box, known):
 
 def _most_likely(law, measured):
     curves, box = curves_about(law, measured)
-    return most_likely_sizes(curves, box, priors(OPEN, MISFIT)).sizes
+    return most_likely_sizes(curves, box, priors(OPEN, MISFIT_KAPPA_PRIOR)).sizes

@@ -10,7 +10,7 @@ import scipy.optimize
 from lawless_truths import DENG_CONSTANTS, TRUTHS
 from nights import nightly, quick_ones
 from oilfilm.surface import surface as surface_module
-from oilfilm.surface.effects import LogNormal, RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors, LogNormal
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.posterior import DensePosterior, NystromPosterior, smooth_covariance
 from oilfilm.surface.reduction import ANOTHER_RIG, box_of, coordinates_at_points, reduced_curves
@@ -22,7 +22,7 @@ from oilfilm.surface.reml import (
     priors,
     size_names,
 )
-from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_count
+from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_gain_count
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
 from surface_campaigns import PlantedErrors, fitted_law, grid, random_conditions, simulated
@@ -34,7 +34,7 @@ CONFOUNDED = grid(*LEVELS)
 SLIPS = np.geomspace(0.003, 0.3, 8)
 NEW = np.array([[1.1, 30.0, 50.0], [1.4, 38.0, 100.0]])
 NEW_SLIP = np.array([0.01, 0.12])
-KNOWN = priors(RunErrorSizes(), INTERVAL_KAPPA_PRIOR, tells_rigs_apart=True)
+KNOWN = priors(ErrorPriors(), INTERVAL_KAPPA_PRIOR, tells_rigs_apart=True)
 
 
 def mixed_rigs() -> np.ndarray:
@@ -149,7 +149,7 @@ def test_the_gain_of_another_rig_is_that_of_three_rigs_and_of_what_was_expected(
     without = replace(without, posterior=fitted.posterior)
     of_rig = another.next_run_sd**2 - without.predict(NEW, NEW_SLIP).next_run_sd ** 2
     # the mean of the three gains belongs to the law: the runs resolve two of them
-    factor = factor_of_another_rig(sizes.rig_gain, 2.0, RunErrorSizes().rig_gain, 0.95)
+    factor = factor_of_another_rig(sizes.rig_gain, 2.0, ErrorPriors().rig_gain, 0.95)
     np.testing.assert_allclose(of_rig, (factor * sizes.rig_gain) ** 2, rtol=0.02)
 
 
@@ -190,8 +190,8 @@ def test_another_rig_is_inside_as_often_as_claimed(resolved_rigs):
 @pytest.mark.parametrize("rig_count", [2, 3, 7])
 def test_rigs_of_which_only_the_mean_is_not_known_resolve_all_but_one(rig_count):
     only_the_mean = np.full((rig_count, rig_count), 1 / rig_count)
-    assert resolved_count(only_the_mean) == pytest.approx(rig_count - 1)
-    assert resolved_count(np.eye(rig_count)) == 0
+    assert resolved_gain_count(only_the_mean) == pytest.approx(rig_count - 1)
+    assert resolved_gain_count(np.eye(rig_count)) == 0
 
 
 @pytest.mark.parametrize("new_numbers", quick_ones([(7, 1, 4), (4, 7, 1), (2, 1, 0)], [(4, 7, 1)]))
@@ -237,7 +237,7 @@ def test_rigs_without_a_number_each_are_refused(measured):
 
 def test_a_large_campaign_knows_each_rig(measured, fitted, monkeypatch):
     # five conditions stand for all, and each rig has a curve among them
-    monkeypatch.setattr(surface_module, "LARGEST_DENSE", 5)
+    monkeypatch.setattr(surface_module, "LARGEST_EXACT_CURVE_COUNT", 5)
     monkeypatch.setattr(surface_module, "_INDUCING_CONDITIONS", 2)
     large = fit_surface(measured, fitted.law)
     chosen = np.unique(
@@ -248,7 +248,7 @@ def test_a_large_campaign_knows_each_rig(measured, fitted, monkeypatch):
 
 def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, monkeypatch):
     # two curves are asked for, and there are three rigs
-    monkeypatch.setattr(surface_module, "CURVES_FOR_SIZES", 2)
+    monkeypatch.setattr(surface_module, "CURVE_COUNT_FOR_SIZES", 2)
     sample = surface_module._sample(measured.in_canonical_order())
     assert len(sample.conditions) < 6
     assert set(sample.rig_of_curve) == {0, 1, 2}

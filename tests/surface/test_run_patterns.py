@@ -7,10 +7,10 @@ import pytest
 
 from allocations import peak_bytes
 from oilfilm.surface import run_patterns
-from oilfilm.surface.effect_likelihood import Information
+from oilfilm.surface.effect_likelihood import EffectInformation
 from oilfilm.surface.run_patterns import (
     likeliest_group,
-    ln_groups,
+    ln_group_counts,
     patterns_of_labels,
     patterns_over_time,
 )
@@ -24,7 +24,7 @@ def information(seed, sign=1.0, runs=RUNS):
     own = np.zeros(runs)
     if sign < 0:
         own = 1 + np.sum(root**2, axis=1) * runs
-    return Information(random.standard_normal(runs), own, root, sign)
+    return EffectInformation(random.standard_normal(runs), own, root, sign)
 
 
 @pytest.mark.parametrize("sign", [1.0, -1.0])
@@ -34,12 +34,12 @@ def test_ratios_of_all_kinds_are_those_of_their_columns(sign, monkeypatch):
     known = information(1, sign)
     order = np.random.default_rng(2).permutation(RUNS)
     for patterns in patterns_over_time(order, 3, 4):
-        ratios = patterns.ratios(known, precision=0.3)
+        ratios = patterns.twice_ln_likelihood_ratios(known, prior_precision=0.3)
         assert len(ratios) == patterns.count
         for number, ratio in enumerate(ratios):
             columns = patterns.pattern_columns(number)
-            pull = known.pull @ columns
-            power = columns.T @ known.times(columns) + 0.3 * np.eye(columns.shape[1])
+            pull = known.vector @ columns
+            power = columns.T @ known.matrix_times(columns) + 0.3 * np.eye(columns.shape[1])
             direct = pull @ np.linalg.inv(power) @ pull
             assert ratio == pytest.approx(direct, rel=1e-6), (patterns.kind, number)
 
@@ -59,19 +59,19 @@ def test_patterns_over_time_are_steps_blocks_runs_and_seasons():
 def test_the_likeliest_group_is_the_best_of_all_groups():
     for seed in range(5):
         known = information(seed)
-        penalty = 2 * ln_groups(RUNS)
+        penalty = 2 * ln_group_counts(RUNS)
 
         def score(members, known=known, penalty=penalty):
             pattern = np.isin(np.arange(RUNS), members).astype(float)
-            power = pattern @ known.times(pattern) + 0.3
-            return (known.pull @ pattern) ** 2 / power - penalty[len(members)]
+            power = pattern @ known.matrix_times(pattern) + 0.3
+            return (known.vector @ pattern) ** 2 / power - penalty[len(members)]
 
         groups = [
             members
             for count in range(2, RUNS // 2 + 1)
             for members in itertools.combinations(range(RUNS), count)
         ]
-        found = tuple(np.flatnonzero(likeliest_group(known, precision=0.3)).tolist())
+        found = tuple(np.flatnonzero(likeliest_group(known, prior_precision=0.3)).tolist())
         assert score(found) == pytest.approx(max(map(score, groups)))
 
 
@@ -89,8 +89,8 @@ def test_labels_of_the_same_runs_are_one_and_the_smaller_of_two_halves_stays():
 def test_patterns_of_many_runs_take_the_memory_of_two_roots_at_most(runs):
     # 360 features of a curve, as a large campaign has
     root = np.random.default_rng(3).standard_normal((runs, 360))
-    known = Information(np.ones(runs), np.ones(runs), root, -1e-4)
+    known = EffectInformation(np.ones(runs), np.ones(runs), root, -1e-4)
     for patterns in patterns_over_time(np.arange(runs), 3, 6):
         with peak_bytes() as peak:
-            patterns.ratios(known, precision=0.3)
+            patterns.twice_ln_likelihood_ratios(known, prior_precision=0.3)
         assert peak() < 2 * root.nbytes, patterns.kind

@@ -8,7 +8,7 @@ import pytest
 from bad_curves import DAMAGES, Damage, damaged, film_collapse, late_by_a_step, one_step_high
 from lawless_truths import TRUTHS
 from nights import quick_ones
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.quick_law import quick_law
 from oilfilm.surface.shape import REFUSED_ODDNESS, CurveJudge, curve_shapes
@@ -117,7 +117,7 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     covariance = fit_surface(ordered, law).covariance
     curves, noise = covariance.curves, covariance.sizes.noise
     law_log_mu = law.log_mu(ordered.point_conditions, ordered.slip)
-    zero_remainder = curves.left_by_vectors(4e-4 / ordered.mu)
+    zero_remainder = curves.remainder_of(4e-4 / ordered.mu)
     judge = CurveJudge(curves, covariance.matrix(), noise, law_log_mu, zero_remainder, 1e-4)
     vectors = curves.vectors.toarray()
     left = np.eye(len(vectors)) - vectors @ vectors.T
@@ -127,8 +127,8 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     departure = vectors @ curves.departure + curves.remainder
 
     all_curves = np.arange(12)
-    judged = list(judge.predicted(all_curves))
-    without_three = list(judge.predicted(np.delete(all_curves, 3)))
+    judged = list(judge.predicted_curves(all_curves))
+    without_three = list(judge.predicted_curves(np.delete(all_curves, 3)))
     point, others = 30, np.arange(len(departure)) != 30
     weights = np.linalg.solve(total[np.ix_(others, others)], total[others, point])
     error = departure[point] - weights @ departure[others]
@@ -145,7 +145,7 @@ def test_curve_is_judged_by_the_covariance_of_all_points():
     for curve in (judged[3], without_three[3]):
         assert curve.squares_per_point == pytest.approx(squares, rel=1e-5)
         assert curve.deviations() == pytest.approx(errors, rel=1e-5)
-        assert curve.spreads() == pytest.approx(np.sqrt(np.diag(spreads)), rel=1e-5)
+        assert curve.log_mu_sds() == pytest.approx(np.sqrt(np.diag(spreads)), rel=1e-5)
 
 
 @pytest.mark.parametrize("sign", [-1, 1])
@@ -172,6 +172,6 @@ def test_four_curves_cannot_judge_each_other():
 
 def test_curves_without_traction_beyond_the_zero_cannot_be_judged():
     measured = simulated(TRUTHS["sol"], TWELVE, np.random.default_rng(61), slips=SLIPS)
-    zero = replace(RunErrorSizes().zero, median=0.004)
+    zero = replace(ErrorPriors().zero, median=0.004)
     with pytest.raises(ValueError, match="no mu is clear of the error of the zero"):
-        curve_shapes(measured, PAPER_LAW, replace(RunErrorSizes(), zero=zero))
+        curve_shapes(measured, PAPER_LAW, replace(ErrorPriors(), zero=zero))

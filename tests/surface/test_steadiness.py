@@ -11,8 +11,8 @@ from oilfilm.surface.steadiness import (
     ChangeSizes,
     SteadinessLimits,
     largest_change,
-    smallest_changes,
-    smallest_seen,
+    smallest_visible_changes,
+    smallest_visible_size,
 )
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, random_conditions, simulated
@@ -121,8 +121,8 @@ def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only():
     measured, curves = campaign(np.ones(RUNS))
     covariance = covariance_of(measured)
     by_pressure = np.argsort(np.argsort(measured.conditions[:, 0]))
-    at_random = smallest_changes(covariance, TIME[curves])
-    in_order = smallest_changes(covariance, by_pressure)
+    at_random = smallest_visible_changes(covariance, TIME[curves])
+    in_order = smallest_visible_changes(covariance, by_pressure)
     # a trial: 3 % in random order, 26 to 46 % in the order of the condition
     assert in_order.trend["gain"] > 2 * at_random.trend["gain"]
 
@@ -131,10 +131,11 @@ def test_a_step_of_the_smallest_size_is_seen_wherever_it_begins():
     measured, _ = campaign(np.ones(RUNS), "own")
     covariance = covariance_of(measured)
     order = np.argsort(np.argsort(measured.conditions[:, 0], kind="stable"))
-    smallest = smallest_changes(covariance, order).step["gain"]
+    smallest = smallest_visible_changes(covariance, order).step["gain"]
     # three runs on either side at least
     by_begin = [
-        smallest_seen(covariance, "gain", (order >= begin).astype(float)) for begin in range(3, 22)
+        smallest_visible_size(covariance, "gain", (order >= begin).astype(float))
+        for begin in range(3, 22)
     ]
     assert smallest == pytest.approx(max(by_begin))
     # a step with the pressure resembles the effect of the pressure
@@ -154,7 +155,7 @@ def test_a_wrong_law_in_the_order_of_a_condition_is_no_huge_trend():
 def test_changes_of_the_smallest_size_are_named_and_of_half_of_it_are_not():
     measured, curves = campaign(np.ones(RUNS), "own")
     order = TIME[curves]
-    size = smallest_changes(covariance_of(measured), order).step["gain"]
+    size = smallest_visible_changes(covariance_of(measured), order).step["gain"]
     named = []
     for factor in (0.3, 2.0):
         gains = np.where(TIME >= 12, np.exp(factor * size), 1.0)

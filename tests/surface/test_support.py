@@ -21,8 +21,10 @@ def coverage(slips):
 
 
 def code(slips, slip, spread=0.01, of_constants=NOTHING_AT_BOUND, limits=DEFAULTS, beyond=0.0):
-    point, spreads, ranges_beyond = np.array([slip]), np.array([spread]), np.array([beyond])
-    return support_codes(limits, coverage(slips), point, spreads, of_constants, ranges_beyond)[0]
+    point, spreads, distance_in_ranges = np.array([slip]), np.array([spread]), np.array([beyond])
+    return support_codes(limits, coverage(slips), point, spreads, of_constants, distance_in_ranges)[
+        0
+    ]
 
 
 def test_widest_gap_is_that_of_a_curve():
@@ -112,6 +114,6 @@ def test_distance_from_the_box_is_in_tested_ranges():
     lowest, highest = scaled_conditions(np.array([[1.0, 20.0, 70.0], [1.5, 40.0, 70.0]]))
     box = ConditionBox(lowest, highest, np.array([3, 3, 1]), LevelWidths().scaled())
     at = np.array([[1.2, 30.0, 70.0], [1.5, 80.0, 70.0], [1.5, 30.0, 100.0]])
-    beyond = box.ranges_beyond(box.centred(scaled_conditions(at)))
+    beyond = box.distance_in_ranges(box.centred(scaled_conditions(at)))
     # twice the highest speed is one range of a factor of two
     np.testing.assert_allclose(beyond, [0.0, 1.0, np.inf])

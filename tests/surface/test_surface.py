@@ -12,7 +12,7 @@ from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.reml import INTERVAL_KAPPA_PRIOR, MISFIT, most_likely_sizes
+from oilfilm.surface.reml import INTERVAL_KAPPA_PRIOR, MISFIT_KAPPA_PRIOR, most_likely_sizes
 from oilfilm.surface.support import Support
 from oilfilm.surface.surface import fit_surface
 from oilfilm.traction import PAPER_LAW
@@ -144,7 +144,7 @@ def test_a_law_that_misses_points_near_zero_by_a_third_does_not_move_the_rest():
     np.testing.assert_allclose(prediction.mu, truth, rtol=0.02)
 
 
-@pytest.mark.parametrize("cut_short", [MISFIT, INTERVAL_KAPPA_PRIOR])
+@pytest.mark.parametrize("cut_short", [MISFIT_KAPPA_PRIOR, INTERVAL_KAPPA_PRIOR])
 def test_a_surface_says_whether_both_searches_of_sizes_converged(
     measured, law, fitted, monkeypatch, cut_short
 ):
@@ -197,7 +197,7 @@ def test_pure_rolling_is_refused(fitted):
 
 
 def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, monkeypatch):
-    monkeypatch.setattr(surface_module, "LARGEST_DENSE", 5)
+    monkeypatch.setattr(surface_module, "LARGEST_EXACT_CURVE_COUNT", 5)
     large = fit_surface(measured, law)
     one, other = large.predict(NEW, NEW_SLIP), fitted.predict(NEW, NEW_SLIP)
     # all conditions are inducing, so that only the jitter differs
@@ -207,7 +207,7 @@ def test_a_large_campaign_agrees_with_the_dense_surface(measured, law, fitted, m
 
 
 def test_sizes_of_some_curves_stand_for_those_of_all(measured, law, fitted, monkeypatch):
-    monkeypatch.setattr(surface_module, "CURVES_FOR_SIZES", 16)
+    monkeypatch.setattr(surface_module, "CURVE_COUNT_FOR_SIZES", 16)
     sampled = fit_surface(measured, law)
     assert 8 <= len(surface_module._sample(sampled.measurements).conditions) <= 16
     one, other = sampled.predict(NEW, NEW_SLIP), fitted.predict(NEW, NEW_SLIP)

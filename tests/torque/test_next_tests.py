@@ -111,7 +111,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     information: Information,
 ) -> None:
     """Standard deviations of 150 simulated campaigns, within the 99.9 % range of chi-square."""
-    film = OilFilm(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
+    film = OilFilm(CONTACT, SETTINGS.oil_with_properties(OIL), SETTINGS.film.thickness)
     rig = PlannedRig.from_settings(SETTINGS)
     lambda_limit = SETTINGS.gates.lambda_limit
     feasible = feasible_candidates(SETTINGS.plan.levels, rig, film, lambda_limit, information)
@@ -256,7 +256,7 @@ def test_operating_points_without_equilibrium_are_left_out_and_named(
 
 def test_a_film_that_the_formula_does_not_give_is_not_counted_as_a_thin_one() -> None:
     rig = replace(PlannedRig.from_settings(SETTINGS), full_scale=None)
-    oil = SETTINGS.known_oil("4102")
+    oil = SETTINGS.oil_with_properties("4102")
     film = OilFilm(rig.contact, oil, SETTINGS.film.thickness)
     # cold oil at high speed; hot oil at low speed; in between
     conditions = np.array([[3.0, 50.0, 25.0], [1.0, 5.0, 150.0], [1.0, 40.0, 60.0]])
@@ -345,9 +345,9 @@ LIMITS = "lacks the key `limits`"
 def test_a_rig_that_is_not_known_is_refused(
     results: CampaignTables, request_for: PlanRequest, lacking: tuple[str, ...], sentence: str
 ) -> None:
-    plain = SETTINGS.plain()
+    plain = SETTINGS.plain_values()
     rig = {key: value for key, value in plain["rigs"][RIG_NAME].items() if key not in lacking}
-    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig}})
+    settings = Settings.from_plain_values({**plain, "rigs": {RIG_NAME: rig}})
     with pytest.raises(OilfilmError, match=sentence):
         plan_tests(results, settings, OIL, request_for)
     table, reasons = plan_table(results, settings)
@@ -381,17 +381,19 @@ def test_nothing_to_plan_is_told_and_refused(
 def test_a_plan_is_for_one_rig_and_contact(
     results: CampaignTables, request_for: PlanRequest
 ) -> None:
-    plain = SETTINGS.plain()
+    plain = SETTINGS.plain_values()
     rig = plain["rigs"][RIG_NAME]
     rig_of_another_ball = {key: value for key, value in rig.items() if key != "limits"} | {
         "ball_radius_m": 0.02
     }
-    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig_of_another_ball}})
+    settings = Settings.from_plain_values(
+        {**plain, "rigs": {RIG_NAME: rig, "other": rig_of_another_ball}}
+    )
     with pytest.raises(OilfilmError, match="different contacts"):
         plan_tests(results, settings, OIL, request_for)
     (plan,) = plan_tests(results, settings, OIL, replace(request_for, targets=("traction",)))
     assert len(plan.design.chosen_indices) == request_for.test_count
-    settings = Settings.of({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
+    settings = Settings.from_plain_values({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_tests(results, settings, OIL, request_for)
 

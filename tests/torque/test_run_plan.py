@@ -12,7 +12,7 @@ from lawless_truths import TRUTHS
 from oilfilm.base.units import FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import LevelWidths, level_numbers, scaled_conditions
-from oilfilm.surface.steadiness import smallest_seen
+from oilfilm.surface.steadiness import smallest_visible_size
 from oilfilm.surface.surface import fit_surface
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import Grid, OilFilm
@@ -175,7 +175,7 @@ def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> N
         curves, _ = points.canonical_order()
         surface = fit_surface(points, fitted_law(points))
         trend = np.linspace(-0.5, 0.5, len(conditions))[curves]
-        smallest.append(smallest_seen(surface.misfit_covariance, "gain", trend))
+        smallest.append(smallest_visible_size(surface.misfit_covariance, "gain", trend))
     hidden, shown = smallest
     assert hidden > 0.2
     assert shown < 0.05
@@ -226,7 +226,7 @@ def lies_within_the_rig(run_plan: RunPlan, mu: float) -> None:
     assert table["slide_roll_ratio"].max() <= rig.limits.slide_roll_ratio
     faster = table["entrainment_speed_m_s"] * (1 + table["slide_roll_ratio"] / 2)
     assert faster.max() <= rig.full_scale.surface_speed_m_s
-    film = OilFilm(CONTACT, SETTINGS.known_oil(OIL), SETTINGS.film.thickness)
+    film = OilFilm(CONTACT, SETTINGS.oil_with_properties(OIL), SETTINGS.film.thickness)
     for row in table.to_dict("records"):
         point = Grid(*(np.array([row[name]]) for name in (*CONDITIONS, "slide_roll_ratio")))
         _, lambda_ratio = film.on_grid(point)
@@ -285,8 +285,10 @@ def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows
     random = np.random.default_rng(5)
     conditions = random_conditions(12, random).round(2)
     names = [f"run{number}" for number in range(12)]
-    oil_file = PLAIN.plain()["oils"][OIL]
-    renamed_oil = Settings.of({**PLAIN.plain(), "oils": {"another": oil_file}})
+    oil_file = PLAIN.plain_values()["oils"][OIL]
+    renamed_oil = Settings.from_plain_values(
+        {**PLAIN.plain_values(), "oils": {"another": oil_file}}
+    )
     tables = []
     for oil, settings in ((OIL, PLAIN), ("another", renamed_oil)):
         for _ in range(3):
@@ -316,8 +318,10 @@ def test_the_seed_decides_the_order_and_nothing_else() -> None:
 
 
 def test_an_oil_without_runs_gets_a_first_plan_beside_an_oil_with_runs() -> None:
-    plain = PLAIN.plain()
-    settings = Settings.of({**plain, "oils": {OIL: plain["oils"][OIL], "new": plain["oils"][OIL]}})
+    plain = PLAIN.plain_values()
+    settings = Settings.from_plain_values(
+        {**plain, "oils": {OIL: plain["oils"][OIL], "new": plain["oils"][OIL]}}
+    )
     results = campaign_tables(shuffled(grid(*BOX)), [f"run{number}" for number in range(8)], OIL)
     table, reasons_without_plan = run_plan_table(results, settings)
     assert not reasons_without_plan
@@ -338,18 +342,18 @@ def test_a_corner_that_the_rig_cannot_run_keeps_no_campaign_from_its_repeats() -
 
 
 def test_oil_of_unknown_properties_is_planned_without_a_film() -> None:
-    plain = PLAIN.plain()
-    settings = Settings.of({**plain, "oils": {OIL: None}})
+    plain = PLAIN.plain_values()
+    settings = Settings.from_plain_values({**plain, "oils": {OIL: None}})
     run_plan = plan(shuffled(grid(*BOX)), settings)
     assert not run_plan.film_is_judged
     assert run_plan.table()["lambda_ratio"].isna().all()
 
 
 def test_rig_without_limits_has_no_plan_and_the_reason_is_told() -> None:
-    plain = PLAIN.plain()
+    plain = PLAIN.plain_values()
     (name,) = plain["rigs"]
     rig = {key: value for key, value in plain["rigs"][name].items() if key != "limits"}
-    settings = Settings.of({**plain, "rigs": {name: rig}})
+    settings = Settings.from_plain_values({**plain, "rigs": {name: rig}})
     results = campaign_tables(grid(*BOX), [f"run{number}" for number in range(8)], OIL)
     table, reasons_without_plan = run_plan_table(results, settings)
     assert table.empty

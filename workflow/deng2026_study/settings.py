@@ -18,7 +18,7 @@ from oilfilm.settings.resolved import Settings
 
 NAME = "deng2026_study"
 ContactState = Literal["slipping", "gripping", "light", "heavy", "hot", "fast"]
-_FewSlips = Annotated[q.Levels[q.SlideRollRatio], Field(min_length=2, max_length=10)]
+_FewSlips = Annotated[q.OneOrMoreDistinct[q.SlideRollRatio], Field(min_length=2, max_length=10)]
 
 
 class Boxes(Group):
@@ -74,13 +74,19 @@ class AuditSettings(Group):
     linear_tolerance: q.Tolerance = key("Change of mu/S at the end of the linear range.")
     linear_to_slip: q.SlideRollRatio = key("Slip that the linear range must reach.")
     plateau_share: q.Tolerance = key("Share of the peak where the plateau begins.")
-    cold_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees the steeper fall.")
-    hot_band_c: q.Band[q.TemperatureC] = key("Temperatures where the paper sees flatter curves.")
+    cold_band_c: q.RisingPair[q.TemperatureC] = key(
+        "Temperatures where the paper sees the steeper fall."
+    )
+    hot_band_c: q.RisingPair[q.TemperatureC] = key(
+        "Temperatures where the paper sees flatter curves."
+    )
     prediction_error: q.RelativeError = key("Relative error of mu that is a good prediction.")
-    slow_and_fast_m_s: q.Band[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
+    slow_and_fast_m_s: q.RisingPair[q.SpeedMs] = key("Speeds whose temperature effect is compared.")
     film_min_um: float = key("Films are thicker, as the paper states.", unit="um", gt=0, le=100)
     stress_law: LawOfConditions = key("Law that others are compared with.")
-    property_laws: q.Filled[q.Name] = key("Laws with properties of the oil among their variables.")
+    property_laws: q.OneOrMore[q.Name] = key(
+        "Laws with properties of the oil among their variables."
+    )
     curve_error_max: q.RelativeError = key("Standard error of A, B, C of one curve, relative.")
     overfit_min: q.Factor = key("Growth of the error on curves left out, over that of stress_law.")
     kinematic_tolerance: q.Tolerance = key("What 'nearly' allows in statements on speed and slip.")
@@ -115,15 +121,19 @@ class SelectionRule(Group):
 
     name: q.Text = key("Name of the rule.")
     section: q.Text = key("Section of the paper, in quotes where it is a number.")
-    when: q.Unique[ContactState] = key("States of the contact that must all be true.")
-    prefer: q.Filled[q.Name] = key("Oils, the first choice first.")
+    when: q.AnyNumberDistinct[ContactState] = key("States of the contact that must all be true.")
+    prefer: q.OneOrMore[q.Name] = key("Oils, the first choice first.")
 
 
 class AdviceBandSettings(Group):
     """Scenarios in which the advice on oils is worked out again."""
 
-    limit_factors: q.Unique[q.Factor] = key("Factors on each of `limits`, one after the other.")
-    inlet_temperature_c: q.Unique[q.TemperatureC] = key("Supply temperatures beside the map's.")
+    limit_factors: q.AnyNumberDistinct[q.Factor] = key(
+        "Factors on each of `limits`, one after the other."
+    )
+    inlet_temperature_c: q.AnyNumberDistinct[q.TemperatureC] = key(
+        "Supply temperatures beside the map's."
+    )
     rule_orders: dict[str, list[q.Text]] = key("Other orders of the rules: their names, by order.")
 
 
@@ -133,7 +143,7 @@ class SelectionSettings(Group):
     gamma: q.Gamma = key("Effective D cos(alpha)/dm in S = 2 s/(1 + gamma (1 - s)).")
     stated: StatedSpeed = key("Speeds that the paper takes for one another.")
     limits: SelectionLimits = key("Limits between the states of a contact.")
-    rules: q.Filled[SelectionRule] = key("Rules; the first that applies decides.")
+    rules: q.OneOrMore[SelectionRule] = key("Rules; the first that applies decides.")
     indifference: q.RelativeError = key("Oils that differ by less are equally good, relative.")
     band: AdviceBandSettings = key("Scenarios for the advice by cage slip.")
 
@@ -163,7 +173,9 @@ class Fig02Settings(Group):
     """Condition of figure 2."""
 
     oil: q.Name = key("Oil shown, in quotes.")
-    inlet_temperature_c: q.Rows[q.TemperatureC] = key("Temperatures, one row of panels each.")
+    inlet_temperature_c: q.UpToFiveDistinct[q.TemperatureC] = key(
+        "Temperatures, one row of panels each."
+    )
     entrainment_speed_m_s: q.SpeedMs = key("Speed of the panels by pressure.")
     max_hertz_pressure_gpa: q.PressureGpa = key("Pressure of the panels by speed.")
 
@@ -178,7 +190,7 @@ class Fig03Settings(Group):
 class MatrixWithSlip(Matrix):
     """Conditions of a figure: all combinations of levels."""
 
-    slide_roll_ratio: q.Levels[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
+    slide_roll_ratio: q.OneOrMoreDistinct[q.SlideRollRatioOrZero] = key("Slide-roll ratios.")
 
 
 class FigureSettings(Group):
@@ -208,7 +220,7 @@ def default_settings() -> StudySettings:
 
 def study_settings(settings: Settings) -> StudySettings:
     """The settings of the study in a campaign with `studies: [deng2026_study]`."""
-    return settings.of_study(NAME, StudySettings)
+    return settings.study_settings(NAME, StudySettings)
 
 
 def contradictions(settings: Settings) -> Iterator[tuple[tuple[str, ...], str]]:

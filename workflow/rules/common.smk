@@ -21,7 +21,7 @@ from oilfilm.run.start import (
     lock_run,
     start_python_by_name,
 )
-from oilfilm.settings.resolve import resolve_given
+from oilfilm.settings.resolve import resolve_snakemake_config
 from oilfilm.tables.contract import contract_digest
 from oilfilm.tables.table_needs import (
     OPTIONAL_TABLES,
@@ -56,7 +56,7 @@ def prefixed(*parts):
 try:
     check_machine([SNAKEMAKE_FOLDER, prefixed("results")])
     typed = workflow.config_settings.overwrite_config
-    SETTINGS = resolve_given(config, typed)
+    SETTINGS = resolve_snakemake_config(config, typed)
     if DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method:
         check_image(SETTINGS.container)
 except OilfilmError as mistake:
@@ -65,7 +65,7 @@ except OilfilmError as mistake:
 CAMPAIGN = SETTINGS.campaign
 OILS = list(SETTINGS.oils)
 # The parts of the settings that a rule depends on.
-part = SETTINGS.part
+part = SETTINGS.plain_part
 # Keys of the campaign with the origin of its data.
 ORIGIN = ("credit", "simulated_by", "twin")
 

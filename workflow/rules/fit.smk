@@ -30,7 +30,7 @@ rule fit:
         ),
         laws=lambda wildcards: LAW_NAMES_OF_FILE[wildcards.law_file],
         # laws of the conditions alone need nothing of the rig
-        config=lambda wildcards: SETTINGS_OF_ONE_FIT.part(
+        config=lambda wildcards: SETTINGS_OF_ONE_FIT.plain_part(
             *("fit", "seed"),
             *(
                 ()

@@ -25,6 +25,6 @@ rule release:
         tree=code_tree_digest(HOME),
         releases=prefixed("results/releases", CAMPAIGN.name).as_posix(),
         sheets=digests_of_sheets(),
-        config=SETTINGS.plain(),
+        config=SETTINGS.plain_values(),
     script:
         "../scripts/release.py"

@@ -43,6 +43,6 @@ rule report:
         ),
         page=[file_digest(path) for path in PAGE_FILES],
         captions=[[figures()[name].title, figures()[name].caption] for name in CAMPAIGN.figures],
-        config=SETTINGS.plain(),
+        config=SETTINGS.plain_values(),
     script:
         "../scripts/report.py"

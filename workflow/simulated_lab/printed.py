@@ -12,7 +12,7 @@ from pydantic import Field
 from oilfilm.base.units import FloatArray
 from oilfilm.settings.base import Group, key
 from oilfilm.settings.messages import load
-from oilfilm.settings.quantities import Levels, Name, Text
+from oilfilm.settings.quantities import Name, OneOrMoreDistinct, Text
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
 _Certainty = Literal["certain", "probable", "open", "without effect"]
@@ -32,7 +32,7 @@ class PrintedCoefficients(Group):
     """data/reference/printed_coefficients.yaml: constants of Eqs 11-13."""
 
     law: Name = key("Law.")
-    falling_viscosity: Levels[str] = key("Oils, the most viscous first.")
+    falling_viscosity: OneOrMoreDistinct[str] = key("Oils, the most viscous first.")
     oils: Annotated[dict[str, OilConstants], Field(min_length=1)] = key("Constants by oil.")
     doubtful: dict[Name, Text] = key(
         "Oils whose magnitudes may be damaged as well, and why.", default={}

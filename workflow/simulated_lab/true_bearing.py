@@ -55,7 +55,7 @@ def true_problem(
     bearing = settings.tested_bearing()
     rule = gauss_rule(*node_counts)
     lubrication = Lubrication.flooded(
-        settings.known_oil(oil),
+        settings.oil_with_properties(oil),
         temperature_c,
         settings.bearing.drag_coefficient,
         settings.bearing.oil_volume_fraction,

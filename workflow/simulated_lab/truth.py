@@ -180,7 +180,7 @@ def true_tractions(
         film_constants = ThermalEhlConstants(**thermal_ehl.model_dump())
         rig_contact = contact_of_only_rig(settings)
         return {
-            oil: FilmTruth(settings.known_oil(oil), film_constants, rig_contact)
+            oil: FilmTruth(settings.oil_with_properties(oil), film_constants, rig_contact)
             for oil in campaign.oils
         }
     for oil in campaign.oils:

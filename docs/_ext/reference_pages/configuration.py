@@ -18,7 +18,7 @@ from oilfilm.settings.rig import (
     OilKeys,
     Rig,
 )
-from oilfilm.settings.yaml_file import dotted, read_yaml
+from oilfilm.settings.yaml_file import dotted_key, read_yaml
 
 _OIL_NOTE = "The keys below `coefficients` depend on `model`."
 # page -> file, what it is for, and its models with a heading each
@@ -147,11 +147,8 @@ def _item(key_path: KeyPath, node: Mapping[str, Any], shipped: Mapping[str, Any]
     )
     facts += [f"unit {unit}"] if unit not in ("", "1") else []
     facts += [allowed] if allowed else []
-    return (
-        f"- `{dotted(key_path)}`: {node.get('description', '')} *{'; '.join(facts)}*".removesuffix(
-            " **"
-        )
-    )
+    key = dotted_key(key_path)
+    return f"- `{key}`: {node.get('description', '')} *{'; '.join(facts)}*".removesuffix(" **")
 
 
 def _innermost(node: Mapping[str, Any]) -> Mapping[str, Any]:

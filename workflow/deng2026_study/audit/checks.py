@@ -111,7 +111,7 @@ def peak_decline(evidence: Evidence) -> Outcome:
     # a law that comes to a constant level reaches it within rounding, and has no peak
     has_peak = exceeds(peak, mu_at_largest_slip)
     decline = 1 - mu_at_largest_slip / peak
-    is_slight = reaches(evidence.study.printed.signs.decline_max, decline, size=1.0)
+    is_slight = reaches(evidence.study.printed.signs.decline_max, decline, term_size=1.0)
     is_shown_oil = [oil == evidence.falling_viscosity[0] for oil in evidence.fit_by_oil]
     decline_coldest = decline[:, :, :, 0]
     return evidence.outcome_on_grid(
@@ -135,7 +135,7 @@ def falls_with_temperature(evidence: Evidence) -> Outcome:
     hot_slope = -np.diff(evidence.mu(inlet_temperature_c=hot_band), axis=_T) / np.diff(hot_band)
     # slopes have the rounding of the largest slope that mu could give
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
-    is_steeper = exceeds(cold_slope, hot_slope, size=largest_slope)
+    is_steeper = exceeds(cold_slope, hot_slope, term_size=largest_slope)
     always_falls = _falls(mu, _T)
     return evidence.outcome_on_grid(
         always_falls & is_steeper, _last_over_first(mu, _T), always=always_falls, steeper=is_steeper
@@ -147,7 +147,7 @@ def falls_with_speed(evidence: Evidence) -> Outcome:
     mu = evidence.mu()
     ends_of_thirds = np.linspace(*_first_and_last(evidence.grid.entrainment_speed_m_s), 4)
     fall = -np.diff(evidence.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
-    levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), size=np.abs(mu).max())
+    levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), term_size=np.abs(mu).max())
     always_falls = _falls(mu, _U)
     return evidence.outcome_on_grid(
         always_falls & levels_off,
@@ -195,9 +195,9 @@ def similar_limit(evidence: Evidence) -> Outcome:
     change = np.abs(mu[..., 2:] / mu[..., 1:2] - 1).max(axis=0, keepdims=True)
     relative_spread = np.ptp(mu, axis=0) / mu.mean(axis=0)
     return evidence.outcome_on_grid(
-        reaches(evidence.study.audit.plateau_change_max, change, size=1.0),
+        reaches(evidence.study.audit.plateau_change_max, change, term_size=1.0),
         change,
-        closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], size=1.0),
+        closer=exceeds(relative_spread[..., 0], relative_spread[..., 2], term_size=1.0),
         apart_at_start=relative_spread[..., 0].mean(),
         apart_at_end=relative_spread[..., 2].mean(),
     )
@@ -396,9 +396,9 @@ def torque_load(evidence: Evidence) -> Outcome:
         raise NotCheckableError("no torque by the law")
     excess = errors_of_both["load"] - errors_of_both["stress"]
     largest = errors_of_both["load"].max()
-    load_is_worse = exceeds(errors_of_both["load"], errors_of_both["stress"], size=1.0)
+    load_is_worse = exceeds(errors_of_both["load"], errors_of_both["stress"], term_size=1.0)
     load_is_worse_on_median = exceeds(
-        errors_of_both["load"].median(), errors_of_both["stress"].median(), size=1.0
+        errors_of_both["load"].median(), errors_of_both["stress"].median(), term_size=1.0
     )
     torque_outcome = outcome_of_cases(
         errors_of_both.assign(holds=load_is_worse, value=excess),
@@ -524,7 +524,7 @@ def load_suppresses_slip(evidence: Evidence) -> Outcome:
     if steps.empty:
         raise NotCheckableError("no bearing")
     change = steps["heavier"] - steps["lighter"]
-    slip_falls = exceeds(0.0, change, size=1.0)
+    slip_falls = exceeds(0.0, change, term_size=1.0)
     is_slipping = exceeds(steps["lighter"], evidence.study.selection.limits.slip_limit)
     judged = steps.reset_index().assign(holds=slip_falls, value=change.to_numpy())
     return outcome_of_cases(judged, where_it_slips=slip_falls[is_slipping])
@@ -684,7 +684,7 @@ def _ranks(values: FloatArray) -> IndexArray:
 
 def _near_one(ratio: FloatArray | float, tolerance: float) -> BoolArray:
     """Whether a ratio differs from 1 by the tolerance at most."""
-    return reaches(tolerance, np.abs(np.asarray(ratio) - 1), size=1.0)
+    return reaches(tolerance, np.abs(np.asarray(ratio) - 1), term_size=1.0)
 
 
 def _last_over_first(values: FloatArray, axis: int) -> FloatArray:

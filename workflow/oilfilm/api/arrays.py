@@ -17,11 +17,11 @@ import numpy.typing as npt
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.api.axes import given_or_new
+from oilfilm.api.axes import given_or_new_axes
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
-from oilfilm.base.labels import aligned
+from oilfilm.base.labels import aligned_arguments
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import condition_level_numbers
 from oilfilm.fits.fit import fit_oil
@@ -50,8 +50,9 @@ _MAX_DRAWN_CURVES = 5
 # Correlations from this size on are named in the summary, the largest ones first.
 _STRONG_CORRELATION = 0.9
 _MAX_SHOWN_CORRELATIONS = 5
-# Measured points are marked beside a curve if each condition differs by at most this share.
-_SAME_CONDITION_SHARE = 0.01
+# Measured points are marked beside a curve if none of their conditions differs by more than this,
+# relatively.
+_SAME_CONDITION_TOLERANCE = 0.01
 
 
 @dataclass(frozen=True)
@@ -198,7 +199,9 @@ class ArrayFit:
             for row, column in combinations(range(len(constant_names)), 2)
         }
         strong_correlations = {
-            pair: r for pair, r in correlation_by_pair.items() if abs(r) >= _STRONG_CORRELATION
+            pair: correlation
+            for pair, correlation in correlation_by_pair.items()
+            if abs(correlation) >= _STRONG_CORRELATION
         }
         if not strong_correlations:
             return
@@ -276,7 +279,7 @@ class ArrayFit:
         Raises:
             OilfilmError: `axes` are no axes, or matplotlib is missing.
         """
-        axes = given_or_new(axes)
+        axes = given_or_new_axes(axes)
         axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
         operating_points = self._tested_operating_points()
         if at is None:
@@ -320,7 +323,7 @@ class ArrayFit:
         lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
         axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
         is_same_condition = np.isclose(
-            operating_points.to_numpy(), conditions, rtol=_SAME_CONDITION_SHARE
+            operating_points.to_numpy(), conditions, rtol=_SAME_CONDITION_TOLERANCE
         )
         runs_of_curve = operating_points.index[is_same_condition.all(axis=1)]
         measured_points = self.points[self.points["run_id"].isin(runs_of_curve)]
@@ -404,7 +407,7 @@ def fit(
     arguments = dict(zip(column_names, values, strict=True))
     if curve is not None:
         arguments["curve"] = curve
-    arguments, _ = aligned(arguments)
+    arguments, _ = aligned_arguments(arguments)
     curve = arguments.pop("curve", None)
     arrays = [in_unit(value, name) for name, value in arguments.items()]
     try:
@@ -476,14 +479,14 @@ def fit_points(
     if calibration is not None:
         uncertainties = validated(dict(calibration), Calibration, lambda _: "calibration")
         fitted_points = _with_systematic_errors(campaign_points, uncertainties)
-    results = fit_oil(fitted_points, _UNNAMED_OIL, fit_settings, config.seed)
-    results = results.replace(points=campaign_points)
+    fit_tables = fit_oil(fitted_points, _UNNAMED_OIL, fit_settings, config.seed)
+    fit_tables = fit_tables.replace(points=campaign_points)
     if _LOAD not in condition_names:
         # where the load is not known, that of the calibration is none
-        quality = results.fit_quality.assign(tested_min_load_n=np.nan, tested_max_load_n=np.nan)
-        results = results.replace(fit_quality=quality)
-    results = with_surface(results, _UNNAMED_OIL, config)
-    return ArrayFit(points, results, fit_settings, notes)
+        quality = fit_tables.fit_quality.assign(tested_min_load_n=np.nan, tested_max_load_n=np.nan)
+        fit_tables = fit_tables.replace(fit_quality=quality)
+    fit_tables = with_surface(fit_tables, _UNNAMED_OIL, config)
+    return ArrayFit(points, fit_tables, fit_settings, notes)
 
 
 def _run_names(run_of_point: npt.ArrayLike, point_count: int) -> npt.NDArray[np.str_]:
@@ -527,11 +530,11 @@ def _doubts_about_runs(
         )
     runs_of_several = condition_count_of_run.index[condition_count_of_run > 1]
     if len(runs_of_several):
-        first = runs_of_several[0]
+        first_run = runs_of_several[0]
         notes.append(
             f"{len(runs_of_several)} of {run_count} curves have points at several conditions, as "
-            f"{first!r} at {condition_count_of_run[first]}. A curve is taken for one run at the "
-            "mean of its conditions: the fit is wrong where these names do not mean runs."
+            f"{first_run!r} at {condition_count_of_run[first_run]}. A curve is taken for one run "
+            "at the mean of its conditions: the fit is wrong where these names do not mean runs."
         )
     return tuple(notes)
 

@@ -22,7 +22,7 @@ def refuse_without_matplotlib() -> None:
         )
 
 
-def given_or_new(axes: Any) -> Any:
+def given_or_new_axes(axes: Any) -> Any:
     """The axes to draw into: the given ones, else new ones.
 
     Args:

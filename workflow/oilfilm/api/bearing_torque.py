@@ -14,7 +14,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.api.arrays import ArrayFit
-from oilfilm.api.axes import given_or_new
+from oilfilm.api.axes import given_or_new_axes
 from oilfilm.api.folders import config_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import BoolArray, FloatArray
@@ -69,7 +69,7 @@ class BearingTorque:
     Attributes:
         oil: The oil of the summary; empty for all oils.
         answers: Results of every oil at every point, and the shares of variance.
-        about: Which law, campaign and data the answers are from, in a sentence.
+        about: Origin of the answers in a sentence: law, campaign and data; also what is assumed.
     """
 
     oil: str
@@ -100,7 +100,7 @@ class BearingTorque:
 
     def summary(self) -> str:
         """Each operating point in sentences, its shares of variance, and what to measure next."""
-        return "\n".join(self._lines())
+        return "\n".join(self._summary_lines())
 
     def plot(self, axes: Any = None) -> Any:
         """Draw torque with its interval over speed, or over the load or temperature that varies.
@@ -114,7 +114,7 @@ class BearingTorque:
         Raises:
             OilfilmError: `axes` are no axes, or matplotlib is missing.
         """
-        axes = given_or_new(axes)
+        axes = given_or_new_axes(axes)
         label_by_column = {
             "inner_speed_rpm": "Speed of the inner ring (rpm)",
             "axial_load_n": "Axial load (N)",
@@ -162,7 +162,7 @@ class BearingTorque:
             is_best_oil_here &= points[column] == row[column]
         return float(points.loc[is_best_oil_here, "best_share"].sum(min_count=1))
 
-    def _lines(self) -> Iterator[str]:
+    def _summary_lines(self) -> Iterator[str]:
         """The lines of the summary."""
         for point, row in self._rows_of_oil(self.answers.points).iterrows():
             yield from _lines_of_point(row, self._share_of_best(row))
@@ -192,7 +192,9 @@ def _lines_of_point(row: "pd.Series[Any]", share_of_best: float) -> Iterator[str
         yield f"  NOT KNOWN: {reasons[row['no_equilibrium']]}"
         return
     for name, column, unit, factor in _PRINTED_ANSWERS:
-        value, lower, upper = (factor * row[f"{column}{end}"] for end in ("", "_lower", "_upper"))
+        value, lower, upper = (
+            factor * row[f"{column}{suffix}"] for suffix in ("", "_lower", "_upper")
+        )
         interval = "no interval, because the law has too few refits or draws have no equilibrium"
         if np.isfinite(lower):
             interval = (
@@ -289,7 +291,7 @@ def bearing_torque(
     """
     values = (axial_load, speed, temperature)
     arrays = [
-        _in_unit(value, name)
+        _values_in_unit(value, name)
         for value, name in zip(values, _UNIT_AND_BOUNDS_BY_QUANTITY, strict=True)
     ]
     try:
@@ -326,21 +328,24 @@ def bearing_torque(
         [oil] if oil else [oil_in_bearing.name for oil_in_bearing in oils_in_bearing]
     )
 
-    def is_answered(terms: pd.DataFrame) -> BoolArray:
-        return np.asarray(terms["oil"].isin(answered_oil_names), dtype=bool)
+    def needs_shares(answer_rows: pd.DataFrame) -> BoolArray:
+        """Whether the oil of each row of `Answers.points` was asked for, shape (rows,)."""
+        return np.asarray(answer_rows["oil"].isin(answered_oil_names), dtype=bool)
 
-    all_answers = calculate_answers(oils_in_bearing, geometry, points, source.settings, is_answered)
+    all_answers = calculate_answers(
+        oils_in_bearing, geometry, points, source.settings, needs_shares
+    )
     return BearingTorque(oil, all_answers, about)
 
 
 class _Source(NamedTuple):
-    """Where the traction law of a bearing is from.
+    """The fits from which the traction law of a bearing is taken.
 
     Attributes:
         tables: Tables of the fits.
         settings: Settings with the properties of oils and rigs.
         name: Name of the source in messages.
-        origin: Campaign or table, and data, in words.
+        origin: What the law was fitted to: campaign or table, and kind of data, in words.
     """
 
     tables: CampaignTables
@@ -398,14 +403,14 @@ def _source_of_fit(fit: ArrayFit, oil_name: str, rig_name: str, settings_folder:
     from oilfilm.api.saved_fit import as_campaign  # noqa: PLC0415
 
     fit_tables, settings, _ = as_campaign(replace(fit, oil=oil_name), "fit")
-    plain_settings = settings.plain()
+    plain_settings = settings.plain_values()
     campaign_values = {
         **plain_settings["campaign"],
         "oils": [oil_name],
         "oils_without_properties": [],
         "rigs": [rig_name],
     }
-    settings = Settings.of(
+    settings = Settings.from_plain_values(
         {
             **plain_settings,
             "campaign": campaign_values,
@@ -417,7 +422,7 @@ def _source_of_fit(fit: ArrayFit, oil_name: str, rig_name: str, settings_folder:
     return _Source(fit_tables, settings, f"the fit of {source_name}", f"as fitted to {source_name}")
 
 
-def _in_unit(value: Any, quantity_name: str) -> FloatArray:
+def _values_in_unit(value: Any, quantity_name: str) -> FloatArray:
     """Values in the unit of `_UNIT_AND_BOUNDS_BY_QUANTITY`.
 
     Raises:

@@ -66,13 +66,13 @@ _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Nu
 # Key of what concerns the whole file, where problems are listed by run.
 _FILE_KEY = ""
 _RIG_CLASSES: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
-# Rules whose faults may only follow from a fault by another rule, by that other rule.
+# Names of the rules whose faults may only follow from a fault by another rule, by its name.
 CONSEQUENCES_BY_CAUSE: Mapping[str, frozenset[str]] = {
     cause: frozenset(rules.split()) for cause, rules in RULES["causes"].items()
 }
-# A log: its path and its content.
-Log = tuple[str, bytes]
-# What was found in a log, a run or a part of it, as JSON has it.
+# Path and content of a log.
+PathAndContent = tuple[str, bytes]
+# A report on a log, a run or a part of it: plain values by key, as in JSON.
 JsonObject = dict[str, Any]
 
 
@@ -112,7 +112,7 @@ class CheckedLogs:
 
     def summary(self) -> str:
         """Verdicts with reasons and advice, and how each log was understood, as text."""
-        return report(self.logs)
+        return reports_text(self.logs)
 
     def __repr__(self) -> str:
         return self.summary()
@@ -151,8 +151,8 @@ def check(
         else:
             files.append(path)
     config_option = None if config is None else Path(config)
-    settings_folder, project = _config_and_project(config_option, files)
-    raw_folder = project / "data" / "raw"
+    settings_folder, project_root = _config_and_project_folders(config_option, files)
+    raw_folder = project_root / "data" / "raw"
     given_campaign = campaign or _campaign_name_of(files, raw_folder, settings_folder)
     settings = resolve(settings_folder, {"campaign": given_campaign} if given_campaign else {})
     # a pattern such as data/raw/own/*.csv names the run sheet too
@@ -172,7 +172,9 @@ def check(
     return CheckedLogs(reports, campaign_name, notes, points)
 
 
-def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tuple[Path, Path]:
+def _config_and_project_folders(
+    config_option: Path | None, logs: Sequence[Path]
+) -> tuple[Path, Path]:
     """The configuration folder and the folder of the project by which logs are judged.
 
     It is that of the option, else that of the project in whose `data/raw` the logs are, else that
@@ -183,7 +185,8 @@ def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tup
     """
     if config_option:
         return config_option, project_folder(config_option)
-    project_folders = sorted({project for project in map(_project_of, logs) if project is not None})
+    folder_of_log = map(_project_folder_of, logs)
+    project_folders = sorted({folder for folder in folder_of_log if folder is not None})
     if len(project_folders) > 1:
         projects_in_words = " and ".join(map(str, project_folders))
         raise OilfilmError(
@@ -195,12 +198,12 @@ def _config_and_project(config_option: Path | None, logs: Sequence[Path]) -> tup
     return config_folder(None), project_folder(None)
 
 
-def _project_of(log: Path) -> Path | None:
+def _project_folder_of(log: Path) -> Path | None:
     """The folder of the project in whose `data/raw` a log is; None where it is in none."""
     # not `resolve`, which fails on a link to itself
     for folder in Path(os.path.realpath(log)).parents:
-        is_raw = folder.name == "raw" and folder.parent.name == "data"
-        if is_raw and (folder.parents[1] / "config" / "config.yaml").is_file():
+        is_raw_folder = folder.name == "raw" and folder.parent.name == "data"
+        if is_raw_folder and (folder.parents[1] / "config" / "config.yaml").is_file():
             return folder.parents[1]
     return None
 
@@ -322,7 +325,10 @@ def rig_class_of(path: str, settings: Settings) -> type[RigKind]:
 
 
 def reports_on_logs_of_kind(
-    logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
+    logs: Iterable[PathAndContent],
+    settings: Settings,
+    rig_class: type[RigKind],
+    run_sheet: RunSheet,
 ) -> list[JsonObject]:
     """The reports on logs of one kind of rig, in the order of the logs; NaN where unknown.
 
@@ -340,7 +346,10 @@ def reports_on_logs_of_kind(
 
 
 def _reports_and_tables(
-    logs: Iterable[Log], settings: Settings, rig_class: type[RigKind], run_sheet: RunSheet
+    logs: Iterable[PathAndContent],
+    settings: Settings,
+    rig_class: type[RigKind],
+    run_sheet: RunSheet,
 ) -> tuple[list[JsonObject], CuratedTables]:
     """The reports of `reports_on_logs_of_kind`, and the tables behind them."""
     ingested = ingest_logs(logs, settings, rig_class.log_schema, run_sheet)
@@ -491,7 +500,7 @@ def _has_what_gate_needs(
 # its runs.
 
 
-def report(log_reports: Sequence[JsonObject]) -> str:
+def reports_text(log_reports: Sequence[JsonObject]) -> str:
     """The text of the reports on logs; only long names make it wider than `TEXT_WIDTH` columns."""
     lines: list[str] = []
     is_brief = len(log_reports) > _MAX_DETAILED_LOGS
@@ -752,11 +761,12 @@ def _condition_lines(log_report: JsonObject) -> Iterator[str]:
 
 def _set_point_cell(set_points: Sequence[JsonObject | None]) -> str:
     """Range of one set point over runs, with its sources."""
-    stated = [set_point for set_point in set_points if set_point is not None]
-    if not stated:
+    known_set_points = [set_point for set_point in set_points if set_point is not None]
+    if not known_set_points:
         return "-"
-    sources = sorted({set_point["source"] for set_point in stated})
-    return f"{_range_text([set_point['value'] for set_point in stated])} ({', '.join(sources)})"
+    sources = sorted({set_point["source"] for set_point in known_set_points})
+    values = [set_point["value"] for set_point in known_set_points]
+    return f"{_range_text(values)} ({', '.join(sources)})"
 
 
 def _range_text(values: Sequence[float]) -> str:

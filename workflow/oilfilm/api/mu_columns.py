@@ -34,7 +34,7 @@ _MAX_RATIO = 2.0
 _MAX_USUAL_RATIO = 0.5
 # The speeds of both bodies confirm a ratio whose relative difference from theirs is at most this.
 _CONFIRMED_WITHIN = 0.02
-# Another definition or unit must be so many times as far from the ratio of the speeds.
+# Any other definition or unit must be this factor farther from the ratio of the speeds.
 _CLEARLY_FARTHER_FACTOR = 3.0
 # Two columns contradict each other if their relative difference is more than this. Digits and the
 # moduli of one material make 2 %.
@@ -54,7 +54,7 @@ _UNITS_OF_TABLES = (
     "rpm",
 )
 # Advice on columns that have the same name and unit: no line of the user tells them apart.
-_RENAME = "Rename one of the columns in the table."
+_RENAME_ADVICE = "Rename one of the columns in the table."
 # The word by which a user says that a column is none of the quantities.
 NOTHING = "nothing"
 
@@ -115,8 +115,9 @@ class StatedColumn:
 
     Attributes:
         text: Name, unit and definition as the user writes them.
-        readings: Each name that the text may mean, and the meaning of its column then. The longest
-            name is first: `Speed, mean` is the name of a column, or `Speed` with a definition.
+        readings: Pairs of a name that the text may mean, and the meaning of its column then. The
+            longest name is first: `Speed, mean` is the name of a column, or `Speed` with a
+            definition.
     """
 
     text: str
@@ -199,8 +200,8 @@ def stated_meaning_by_index(
         if index in stated_by_index:
             first_quantity = stated_by_index[index].quantity
             if first_quantity == column.quantity:
-                whole_name = _whole_name(column_names[index], units[index])
-                raise ColumnsError(f"--columns states {whole_name!r} twice.", "State it once.")
+                name_with_unit = _name_with_unit(column_names[index], units[index])
+                raise ColumnsError(f"--columns states {name_with_unit!r} twice.", "State it once.")
             quantities = f"{first_quantity} and {column.quantity}"
             raise ColumnsError(
                 f"--columns says of {column_names[index]!r} that it is {quantities}.",
@@ -222,10 +223,10 @@ def _index_and_meaning(
     for name, meaning in column.readings:
         indices = _indices_of_name(name, meaning.unit, column_names, units)
         if len(indices) > 1:
-            names = [_whole_name(column_names[index], units[index]) for index in indices]
+            names = [_name_with_unit(column_names[index], units[index]) for index in indices]
             raise ColumnsError(
                 f"--columns names {column.text!r}, which may be {' and '.join(map(repr, names))}.",
-                _RENAME
+                _RENAME_ADVICE
                 if len(set(names)) < len(names)
                 else "Write the name with its unit, as the table has it.",
             )
@@ -337,11 +338,11 @@ def chosen_columns(
             column for column, rank in zip(candidates, ranks, strict=True) if rank == best_rank
         ]
         if len(best_columns) > 1:
-            names = [_whole_name(column.name, column.meaning.unit) for column in best_columns]
+            names = [_name_with_unit(column.name, column.meaning.unit) for column in best_columns]
             raise ColumnsError(
                 f"the columns {' and '.join(map(repr, names))} could both be the "
                 f"{quantity.replace('_', ' ')}.",
-                _RENAME if len(set(names)) < len(names) else _line_to_paste(best_columns[0]),
+                _RENAME_ADVICE if len(set(names)) < len(names) else _line_to_paste(best_columns[0]),
             )
         column_by_quantity[quantity] = best_columns[0]
         names_not_taken = [
@@ -407,10 +408,10 @@ def _line_to_paste(column: TableColumn) -> str:
         "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
     )
     likely_unit = meaning.unit or usual_unit
-    whole_name = _whole_name(column.name, "" if likely_unit == "1" else likely_unit)
+    name_with_unit = _name_with_unit(column.name, "" if likely_unit == "1" else likely_unit)
     definitions = DEFINITIONS_OF_QUANTITY.get(meaning.quantity, ())
     definition_part = f", {meaning.definition or definitions[0]}" if definitions else ""
-    line = f'--columns "{meaning.quantity}={whole_name}{definition_part}"'
+    line = f'--columns "{meaning.quantity}={name_with_unit}{definition_part}"'
     if len(definitions) > 1 and not meaning.definition:
         other_definitions = " or ".join(definitions[1:])
         return (
@@ -422,11 +423,11 @@ def _line_to_paste(column: TableColumn) -> str:
 
 def _line_for_no_quantity(column: TableColumn) -> str:
     """How to say that a column is none of the quantities."""
-    whole_name = _whole_name(column.name, column.meaning.unit)
-    return f'--columns "{NOTHING}={whole_name}" if it is something else'
+    name_with_unit = _name_with_unit(column.name, column.meaning.unit)
+    return f'--columns "{NOTHING}={name_with_unit}" if it is something else'
 
 
-def _whole_name(column_name: str, unit: str) -> str:
+def _name_with_unit(column_name: str, unit: str) -> str:
     """A name with its unit: as it is where it states one, else with the unit in brackets."""
     if not unit or _unit_in_name(column_name):
         return column_name
@@ -608,7 +609,7 @@ def _slide_roll_ratio(
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
         how_known = ", a sliding speed: divided by the mean speed"
-        return over_speed(numbers_in_unit(column), mean_speed), how_known
+        return ratio_to_mean_speed(numbers_in_unit(column), mean_speed), how_known
     if ratio_of_speeds is not None:
         confirmed_ratio = _definition_by_speeds(column, ratio_of_speeds)
         if confirmed_ratio is not None:
@@ -630,22 +631,26 @@ def _slide_roll_ratio(
             line = f'--columns "slide_roll_ratio={column.name} [%], {meaning.definition}"'
             sentence = _question_error(column_in_doubt).sentence
             raise ColumnsError(sentence, f"State it: {line}, or [1] for a ratio.")
-    ratio = over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
+    ratio = ratio_over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
     if meaning.definition != "over_mean":
         how_known += f", {DEFINITION_IN_WORDS[meaning.definition]}: converted to that over the mean"
     return ratio, how_known
 
 
-def over_mean(ratio: FloatArray, definition: str) -> FloatArray:
-    """A slip over the sum or the faster speed as the slide-roll ratio over the mean speed.
+def ratio_over_mean(ratio: FloatArray, definition: str) -> FloatArray:
+    """The slide-roll ratio over the mean speed, from a ratio by any definition.
 
     With sliding speed v and speeds u1, u2: over the sum s = v/(u1 + u2), S = 2 s; over the faster
     one s = v/max(u1, u2), S = 2 s/(2 - |s|).
+
+    Args:
+        ratio: Logged ratio, as a fraction, shape (rows,).
+        definition: `over_mean`, `over_sum` or `over_faster`.
     """
     if definition == "over_sum":
         return 2 * ratio
     if definition == "over_faster":
-        # more than 2 is no ratio of this kind
+        # a ratio of 2 or more is impossible by this definition
         absolute_ratio = np.where(np.abs(ratio) < 2, np.abs(ratio), np.nan)
         return 2 * ratio / (2 - absolute_ratio)
     return ratio
@@ -657,10 +662,10 @@ def _ratio_of_speeds(numbers_by_quantity: Mapping[str, FloatArray]) -> FloatArra
         return None
     ball_m_s = numbers_by_quantity["ball_speed"]
     disc_m_s = numbers_by_quantity["disc_speed"]
-    return over_speed(disc_m_s - ball_m_s, (ball_m_s + disc_m_s) / 2)
+    return ratio_to_mean_speed(disc_m_s - ball_m_s, (ball_m_s + disc_m_s) / 2)
 
 
-def over_speed(sliding_m_s: FloatArray, mean_m_s: FloatArray | float) -> FloatArray:
+def ratio_to_mean_speed(sliding_m_s: FloatArray, mean_m_s: FloatArray | float) -> FloatArray:
     """A sliding speed over a mean speed; NaN where the mean is 0, as at standstill."""
     known_mean_m_s = np.where(np.equal(mean_m_s, 0), np.nan, mean_m_s)
     return np.asarray(sliding_m_s / known_mean_m_s)
@@ -692,7 +697,7 @@ def _definition_by_speeds(
         for unit in units:
             to_unit = possible_conversion(unit, ("1",))
             if to_unit is not None:
-                ratio = over_mean(to_unit.convert(column.numbers), definition)
+                ratio = ratio_over_mean(to_unit.convert(column.numbers), definition)
                 misfit = _misfit(ratio, ratio_of_speeds)
                 candidates.append(_RatioCandidate(misfit, definition, unit, ratio))
     if not candidates:
@@ -702,9 +707,9 @@ def _definition_by_speeds(
     is_clear = all(other.misfit > clearly_farther for other in others)
     if nearest_candidate.misfit > _CONFIRMED_WITHIN or not is_clear:
         return None
-    in_percent = ", in %" if nearest_candidate.unit == "%" and not meaning.unit else ""
+    percent_note = ", in %" if nearest_candidate.unit == "%" and not meaning.unit else ""
     definition_in_words = DEFINITION_IN_WORDS[nearest_candidate.definition]
-    return nearest_candidate.ratio, f"{in_percent}, {definition_in_words}: both speeds confirm it"
+    return nearest_candidate.ratio, f"{percent_note}, {definition_in_words}: both speeds confirm it"
 
 
 def _misfit(ratio: FloatArray, ratio_of_speeds: FloatArray) -> float:
@@ -735,7 +740,7 @@ def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> Non
         to_unit = possible_conversion(unit, ("1",))
         if to_unit is None:
             return
-        ratio = over_mean(to_unit.convert(column.numbers), meaning.definition)
+        ratio = ratio_over_mean(to_unit.convert(column.numbers), meaning.definition)
         differences = np.abs(np.abs(ratio[is_known]) - np.abs(ratio_of_speeds[is_known]))
         median_difference = float(np.nanmedian(differences))
         if (

@@ -37,7 +37,7 @@ _SAVED_TABLE_NAMES = (
     *("points", "runs", *FIT_TABLES, *SURFACE_TABLES),
     *("law_verdicts", "lack_of_fit", "soundness"),
 )
-# What the summary says is in the folder: title and path.
+# Title and path of what the folder of a saved fit contains, for its summary.
 _CONTENTS = (("Report", "report.html"), ("Tables", "tables"), ("Exports", "exports"))
 
 
@@ -54,27 +54,27 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
     if folder.exists():
         raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     campaign_name = safe_name(folder.resolve().name, folder)
-    results, settings, provenance = as_campaign(fit, campaign_name)
+    fit_tables, settings, provenance = as_campaign(fit, campaign_name)
     footer = {"campaign": campaign_name, "data": settings.campaign.data, **provenance}
     sections = [
-        answer_section(results, settings),
-        fits_section(results),
-        constants_section(results),
-        laws_section(results, settings),
+        answer_section(fit_tables, settings),
+        fits_section(fit_tables),
+        constants_section(fit_tables),
+        laws_section(fit_tables, settings),
     ]
     shown_sections = [section for section in sections if section]
     with atomic_folder(folder) as temporary_folder:
         for table_name in _SAVED_TABLE_NAMES:
             file = temporary_folder / f"tables/{table_name}.parquet"
-            tables.write(results.table(table_name), table_name, file, footer)
-        for export_path, content in export_campaign(results, settings, provenance).items():
+            tables.write(fit_tables.table(table_name), table_name, file, footer)
+        for export_path, content in export_campaign(fit_tables, settings, provenance).items():
             write_bytes(content, temporary_folder / "exports" / export_path)
         summary_text = text_report(shown_sections, settings.campaign, _CONTENTS)
         write_text(summary_text, temporary_folder / "summary.txt")
         # no run was refused, so that the folder of their pages is not read
         report_page = html_report(
             shown_sections,
-            results,
+            fit_tables,
             pngs=[],
             refused_folder=temporary_folder,
             settings=settings,
@@ -89,10 +89,10 @@ def export_fit(fit: ArrayFit, path: Path) -> None:
     Raises:
         OilfilmError: There is no such form, or the fit has none.
     """
-    results, settings, provenance = as_campaign(fit, "arrays")
+    fit_tables, settings, provenance = as_campaign(fit, "arrays")
     law = LAWS[settings.fit.law]
     identifier = make_identifiers([fit.oil])[fit.oil]
-    description = describe(results, fit.oil, identifier, law, settings)
+    description = describe(fit_tables, fit.oil, identifier, law, settings)
     content_by_file = export_oil(description, provenance)
     content_by_ending: dict[str, bytes] = {}
     for file_name, content in content_by_file.items():
@@ -114,9 +114,9 @@ def as_campaign(
         for table_name in (*FIT_TABLES, *SURFACE_TABLES)
     }
     runs = _runs_table(fit, campaign_name)
-    results = CampaignTables.in_memory(points=fit.campaign_points, runs=runs, **table_by_name)
+    fit_tables = CampaignTables.in_memory(points=fit.campaign_points, runs=runs, **table_by_name)
     settings = _settings_of_table(fit, campaign_name)
-    results = results.replace(**finished_fits(results, settings))
+    fit_tables = fit_tables.replace(**finished_fits(fit_tables, settings))
     source_file = Path(fit.source)
     provenance = {
         # a campaign has digests here; the settings of this fit are arguments of a call
@@ -124,7 +124,7 @@ def as_campaign(
         "settings": None,
         "inputs": {source_file.name: file_digest(source_file)} if source_file.is_file() else {},
     }
-    return results, settings, provenance
+    return fit_tables, settings, provenance
 
 
 def _runs_table(fit: ArrayFit, campaign_name: str) -> pd.DataFrame:
@@ -143,8 +143,8 @@ def _runs_table(fit: ArrayFit, campaign_name: str) -> pd.DataFrame:
 def _settings_of_table(fit: ArrayFit, campaign_name: str) -> Settings:
     """Settings of a campaign that has only this table."""
     # any campaign will do: the keys of the campaign are replaced
-    shipped_settings = resolve(CONFIG, {"campaign": "etm-slim"}).plain()
-    return Settings.of(
+    shipped_settings = resolve(CONFIG, {"campaign": "etm-slim"}).plain_values()
+    return Settings.from_plain_values(
         {
             **shipped_settings,
             "campaign": {

@@ -29,7 +29,7 @@ from oilfilm.api.mu_columns import (
     TableColumn,
     chosen_columns,
     numbers_in_unit,
-    over_speed,
+    ratio_to_mean_speed,
     reading_of,
     stated_columns,
     stated_meaning_by_index,
@@ -572,7 +572,9 @@ def _add_points(
         if SPEED not in points:
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
-            points[SLIP] = over_speed((disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy())
+            points[SLIP] = ratio_to_mean_speed(
+                (disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy()
+            )
     return dict(reading.name_by_quantity)
 
 
@@ -685,10 +687,10 @@ def _refuse_unlabelled(points: pd.DataFrame, mu_table: MuTable) -> None:
             continue
         is_unlabelled = points[label_column].isna() | (points[label_column] == "")
         if is_unlabelled.any():
-            first = points.loc[is_unlabelled].iloc[0]
+            first_row = points.loc[is_unlabelled].iloc[0]
             raise mu_table.error(
                 f"{int(is_unlabelled.sum())} of {len(points)} rows name no {label_column}, the "
-                f"first is that of S = {first[SLIP]:g} and mu = {first[MU]:g}.",
+                f"first is that of S = {first_row[SLIP]:g} and mu = {first_row[MU]:g}.",
                 f"Write the {label_column} into each row, also below merged cells; or remove the "
                 "column.",
             )

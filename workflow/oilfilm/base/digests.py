@@ -57,7 +57,7 @@ def files_below(folder: Path) -> list[str]:
 
 
 def files_of(path: Path) -> list[Path]:
-    """A file, or all files below a folder."""
+    """The file itself, or all files below a folder."""
     return [path / name for name in files_below(path)] if path.is_dir() else [path]
 
 
@@ -95,7 +95,7 @@ def code_digest(script: Path, *modules: Path) -> str:
     """
     digest = hashlib.sha256()
     for path in [script, *sorted(files_behind(script, *modules))]:
-        digest.update(f"{path.name} {_code(path).digest}\n".encode())
+        digest.update(f"{path.name} {_file_code(path).digest}\n".encode())
     return digest.hexdigest()[:16]
 
 
@@ -111,12 +111,12 @@ def files_behind(script: Path, *modules: Path) -> set[Path]:
         path = waiting_files.pop()
         if path not in visited_files:
             visited_files.add(path)
-            waiting_files.extend(_code(path).needed_files)
+            waiting_files.extend(_file_code(path).needed_files)
     return visited_files - {script}
 
 
-class _Code(NamedTuple):
-    """What a rule must know of one file of code or data.
+class _FileCode(NamedTuple):
+    """Digest of one file of code or data, and the files that it needs.
 
     Attributes:
         digest: sha256 of what the file computes or contains, in hex.
@@ -128,12 +128,12 @@ class _Code(NamedTuple):
 
 
 @cache
-def _code(path: Path) -> _Code:
+def _file_code(path: Path) -> _FileCode:
     """Digest of a module's syntax tree, or of the content of a file of data; what it needs."""
     content = path.read_bytes()
     if path.suffix != ".py":
         digest = hashlib.sha256(_without_comments(path, content)).hexdigest()
-        return _Code(digest, frozenset())
+        return _FileCode(digest, frozenset())
     gc.disable()  # collecting garbage takes a third of the time of parsing a module
     try:
         tree = ast.parse(content)
@@ -144,14 +144,14 @@ def _code(path: Path) -> _Code:
         package = ".".join(path.parent.relative_to(studies.PACKAGES).parts)
     syntax_words: list[str] = []
     module_names: list[str] = []
-    _walk(tree, package, syntax_words, module_names)
+    _collect_syntax(tree, package, syntax_words, module_names)
     needed_files: set[Path] = set()
     for module_name in module_names:
         needed_files.update(_module_files(module_name))
     data_files = [path.with_name(name.decode()) for name in _DATA_FILE_NAME.findall(content)]
     needed_files.update(data_file for data_file in data_files if data_file.is_file())
     digest = hashlib.sha256("\n".join(syntax_words).encode()).hexdigest()
-    return _Code(digest, frozenset(needed_files))
+    return _FileCode(digest, frozenset(needed_files))
 
 
 def _without_comments(path: Path, content: bytes) -> bytes:
@@ -168,7 +168,9 @@ def _without_comments(path: Path, content: bytes) -> bytes:
 _DATA_FILE_NAME = re.compile(rb'"(\w+\.(?:yaml|mplstyle))"')
 
 
-def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: list[str]) -> None:
+def _collect_syntax(
+    node: ast.AST, package: str, syntax_words: list[str], module_names: list[str]
+) -> None:
     """Add what a node computes to `syntax_words`, and what it imports to `module_names`.
 
     The words are the types of the node and of the nodes below it, the names of their fields and
@@ -189,7 +191,7 @@ def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: li
             # ctx says whether a name is read or set; the position of the name shows this, too
             if field_name != "ctx":
                 syntax_words.append(field_name)
-                _walk(field_value, package, syntax_words, module_names)
+                _collect_syntax(field_value, package, syntax_words, module_names)
         elif isinstance(field_value, list):
             has_docstring = (
                 field_name == "body"
@@ -201,7 +203,7 @@ def _walk(node: ast.AST, package: str, syntax_words: list[str], module_names: li
                 syntax_words.append(field_name)
             for child in children:
                 if isinstance(child, ast.AST):
-                    _walk(child, package, syntax_words, module_names)
+                    _collect_syntax(child, package, syntax_words, module_names)
                 else:
                     syntax_words.append(repr(child))
         elif field_value is not None:

@@ -9,9 +9,12 @@ from pathlib import Path
 
 from oilfilm.base import studies
 
+# The folder of the package oilfilm.
 PACKAGE = Path(__file__).resolve().parents[1]
 _CLONE = PACKAGE.parents[1]
+# The folder with rules, scripts, reference data and settings: a clone, or `shipped` of the package.
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
+# The configuration folder with oilfilm's own settings.
 CONFIG = HOME / "config"
 # The packages that results are made with, by exact version.
 REQUIREMENTS_LOCK_FILE = "requirements/run.lock"

@@ -18,7 +18,7 @@ from oilfilm.base.errors import OilfilmError
 LabelResult = Callable[[npt.NDArray[Any], str], Any]
 
 
-def aligned(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], LabelResult]:
+def aligned_arguments(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], LabelResult]:
     """Arguments in a form that broadcasts by position, and a function that labels a result.
 
     Arrays of xarray broadcast by the names of their dimensions. Columns of pandas must have the
@@ -74,7 +74,7 @@ def _different_indices(
 
 
 def _aligned_by_dimensions(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], LabelResult]:
-    """As `aligned`, where an argument is an array of xarray."""
+    """As `aligned_arguments`, where an argument is an array of xarray."""
     xarray = importlib.import_module("xarray")
     arrays = []
     for argument_name, value in arguments.items():
@@ -97,5 +97,5 @@ def _aligned_by_dimensions(arguments: Mapping[str, Any]) -> tuple[dict[str, Any]
             "of them the same ones."
         ) from None
     template = broadcast_arrays[0]
-    values = dict(zip(arguments, broadcast_arrays, strict=True))
-    return values, lambda array, name: template.copy(data=array).rename(name)
+    broadcast_arguments = dict(zip(arguments, broadcast_arrays, strict=True))
+    return broadcast_arguments, lambda array, name: template.copy(data=array).rename(name)

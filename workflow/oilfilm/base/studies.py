@@ -66,7 +66,7 @@ def available() -> tuple[str, ...]:
 
 
 def folder(package_name: str) -> Path:
-    """The folder of a package."""
+    """The folder of a package beside oilfilm."""
     return PACKAGES / package_name
 
 

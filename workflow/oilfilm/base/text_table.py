@@ -8,6 +8,7 @@ from collections.abc import Sequence
 
 from oilfilm.base.errors import printable
 
+# Texts of the cells of one row.
 Row = Sequence[str]
 
 
@@ -25,7 +26,9 @@ def text_table(rows: Sequence[Row], *, right_aligned_count: int = 0, indent: str
         oil   points
         4102      70
     """
-    return [f"{indent}{'  '.join(cells)}".rstrip() for cells in _padded(rows, right_aligned_count)]
+    return [
+        f"{indent}{'  '.join(cells)}".rstrip() for cells in _padded_cells(rows, right_aligned_count)
+    ]
 
 
 def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
@@ -44,7 +47,7 @@ def markdown_table(header: Row, rows: Sequence[Row]) -> list[str]:
     if not rows:
         return []
     escaped_rows = [[cell.replace("|", r"\|") for cell in row] for row in [header, *rows]]
-    padded_rows = _padded(escaped_rows, right_aligned_count=0)
+    padded_rows = _padded_cells(escaped_rows, right_aligned_count=0)
     lines = [f"| {' | '.join(cells)} |" for cells in padded_rows]
     separator = "|".join("-" * (width_of(cell) + 2) for cell in padded_rows[0])
     lines.insert(1, f"|{separator}|")
@@ -61,7 +64,7 @@ def width_of(text: str) -> int:
     return sum(2 if unicodedata.east_asian_width(letter) in "WF" else 1 for letter in text)
 
 
-def _padded(rows: Sequence[Row], right_aligned_count: int) -> list[list[str]]:
+def _padded_cells(rows: Sequence[Row], right_aligned_count: int) -> list[list[str]]:
     """Cells with blanks, so that all cells of a column have one width."""
     padded_rows = [[printable(cell) for cell in row] for row in rows]
     widths = [max(map(width_of, column)) for column in zip(*padded_rows, strict=True)]

@@ -17,30 +17,34 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 ROUNDING = 1e-9
 
 
-def exceeds(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.0) -> BoolArray:
+def exceeds(
+    value: npt.ArrayLike, limit: npt.ArrayLike, term_size: npt.ArrayLike = 0.0
+) -> BoolArray:
     """Whether a number is larger than another one by more than rounding; false for NaN.
 
     Args:
         value: Any shape.
         limit: A shape that broadcasts with that of `value`.
-        size: Absolute value of the terms, where both numbers are differences of larger terms. The
-            rounding is that of the terms then.
+        term_size: Absolute value of the terms, where `value` or `limit` is a difference of larger
+            terms. The rounding is that of the terms then.
 
     Examples:
         >>> bool(exceeds(0.1 + 0.2, 0.3)), bool(exceeds(0.31, 0.3))
         (False, True)
     """
     values, limits = np.asarray(value, dtype=float), np.asarray(limit, dtype=float)
-    return np.asarray(values > limits + _rounding(values, limits, size))
+    return np.asarray(values > limits + _rounding(values, limits, term_size))
 
 
-def reaches(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.0) -> BoolArray:
+def reaches(
+    value: npt.ArrayLike, limit: npt.ArrayLike, term_size: npt.ArrayLike = 0.0
+) -> BoolArray:
     """Whether a number is at least as large as another one but for rounding; false for NaN.
 
     Args:
         value: Any shape.
         limit: A shape that broadcasts with that of `value`.
-        size: As in `exceeds`.
+        term_size: As in `exceeds`.
 
     Examples:
         >>> bool(1.1 * 100 <= 110), bool(reaches(110, 1.1 * 100))
@@ -48,15 +52,17 @@ def reaches(value: npt.ArrayLike, limit: npt.ArrayLike, size: npt.ArrayLike = 0.
     """
     values, limits = np.asarray(value, dtype=float), np.asarray(limit, dtype=float)
     # infinity reaches itself
-    return np.asarray((values >= limits) | (values >= limits - _rounding(values, limits, size)))
+    return np.asarray(
+        (values >= limits) | (values >= limits - _rounding(values, limits, term_size))
+    )
 
 
-def _rounding(values: FloatArray, limits: FloatArray, size: npt.ArrayLike) -> FloatArray:
+def _rounding(values: FloatArray, limits: FloatArray, term_size: npt.ArrayLike) -> FloatArray:
     """The largest difference of two numbers that is taken for rounding."""
     # relative to the smaller number, because a share of infinity is infinite
     smaller = np.minimum(np.abs(values), np.abs(limits))
     # two infinite numbers have no rounding
-    return np.where(np.isfinite(smaller), ROUNDING * np.maximum(smaller, size), 0.0)
+    return np.where(np.isfinite(smaller), ROUNDING * np.maximum(smaller, term_size), 0.0)
 
 
 def first_largest(values: npt.ArrayLike, axis: int = -1) -> IndexArray:
@@ -97,6 +103,6 @@ def with_equal_ties(values: FloatArray) -> FloatArray:
     # without any number there is no group
     is_group_start = is_group_start[: len(values)]
     group_of_rank = np.cumsum(is_group_start) - 1
-    result = np.empty_like(values)
-    result[order] = sorted_values[is_group_start][group_of_rank]
-    return result
+    equalised_values = np.empty_like(values)
+    equalised_values[order] = sorted_values[is_group_start][group_of_rank]
+    return equalised_values

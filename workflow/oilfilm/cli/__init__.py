@@ -12,7 +12,7 @@ from collections.abc import Sequence
 from importlib import import_module
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.cli.parser import check_command, parser
+from oilfilm.cli.parser import parser, refuse_unknown_command
 
 # Packages of the extra `report`; all others beside the core are of the workflow.
 _PACKAGES_OF_REPORT = ("matplotlib", "PIL")
@@ -67,7 +67,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 def _run(arguments: Sequence[str]) -> int:
     """Run the command; its exit code."""
     try:
-        check_command(arguments)
+        refuse_unknown_command(arguments)
         options = parser().parse_args(arguments)
         # imported here, so that the help does not wait for the imports of the commands
         command = import_module(f"oilfilm.cli.{options.module}")

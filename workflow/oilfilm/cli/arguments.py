@@ -22,15 +22,15 @@ from oilfilm.settings.resolve import read_config
 from oilfilm.traction.law import QUANTITIES
 
 
-def campaign_folder(results: Path | None) -> tuple[Path, dict[str, str]]:
-    """The folder of a campaign's results, and what its tables say of the data.
+def results_and_footer(results: Path | None) -> tuple[Path, dict[str, str]]:
+    """The folder of a campaign's results, and what the footers of its tables say of the data.
 
     Args:
         results: The typed folder: of results, of the project with them, or the campaign's name. By
             default that of the campaign of `config.yaml`.
 
     Returns:
-        The folder, and `campaign` (its name) and `data` (`simulated` or `measured`).
+        The folder, and a footer with `campaign` (its name) and `data` (`simulated` or `measured`).
 
     Raises:
         OilfilmError: There are no such results.
@@ -70,17 +70,17 @@ def typed_conditions(options: argparse.Namespace) -> dict[str, float]:
     """The conditions that were typed, by their columns' names, in the units of the columns.
 
     Raises:
-        OilfilmError: As in `quantity`.
+        OilfilmError: As in `typed_quantity`.
     """
     value_by_condition = {}
     for option, (condition, _, _) in CONDITION_OPTIONS.items():
         text = getattr(options, option.removeprefix("--"))
         if text is not None:
-            value_by_condition[condition] = quantity(text, QUANTITIES[condition].unit, option)
+            value_by_condition[condition] = typed_quantity(text, QUANTITIES[condition].unit, option)
     return value_by_condition
 
 
-def quantity(text: str, unit: str, option: str) -> float:
+def typed_quantity(text: str, unit: str, option: str) -> float:
     """Convert a typed number with its unit to `unit`; a bare number is in `unit` already.
 
     Raises:

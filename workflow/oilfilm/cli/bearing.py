@@ -6,16 +6,16 @@ import numpy as np
 
 from oilfilm.api.bearing_torque import bearing_torque
 from oilfilm.api.folders import config_folder
-from oilfilm.cli.arguments import campaign_folder, json_line, quantity
+from oilfilm.cli.arguments import json_line, results_and_footer, typed_quantity
 
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    results_folder, _ = campaign_folder(options.results)
+    results_folder, _ = results_and_footer(options.results)
     values_by_argument = (
-        [quantity(text, "N", "--load") for text in options.load],
-        [quantity(text, "rpm", "--speed") for text in options.speed],
-        [quantity(text, "degC", "--temperature") for text in options.temperature],
+        [typed_quantity(text, "N", "--load") for text in options.load],
+        [typed_quantity(text, "rpm", "--speed") for text in options.speed],
+        [typed_quantity(text, "degC", "--temperature") for text in options.temperature],
     )
     # Each combination is one operating point. The three arrays have one number per point.
     meshes = np.meshgrid(*values_by_argument, indexing="ij")

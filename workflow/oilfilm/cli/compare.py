@@ -14,7 +14,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.cli.arguments import campaign_folder, quantity, typed_conditions
+from oilfilm.cli.arguments import results_and_footer, typed_conditions, typed_quantity
 from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
@@ -61,12 +61,12 @@ def run(options: argparse.Namespace) -> int:
     law_by_name = {name: fit.measured_oil.fit for name, fit in fit_by_name.items()}
     conditions = middle_of_tested(law_by_name, typed_conditions(options))
     largest_slip = min(float(law.coefficients.tested_box[-1, 1]) for law in law_by_name.values())
-    slips = [quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
+    slips = [typed_quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
         slips = [slip for slip in _DEFAULT_SLIPS if slip <= largest_slip] or [largest_slip]
-    (_, first_fit), *other_items = fit_by_name.items()
+    (_, first_fit), *other_fits = fit_by_name.items()
     pair_by_name = {
-        name: oil_pair(first_fit.measured_oil, fit.measured_oil) for name, fit in other_items
+        name: oil_pair(first_fit.measured_oil, fit.measured_oil) for name, fit in other_fits
     }
     comparison = side_by_side(law_by_name, conditions, slips, pair_by_name)
     lines = chain(
@@ -81,10 +81,12 @@ def run(options: argparse.Namespace) -> int:
         curves = side_by_side(law_by_name, conditions, drawn_slips, pair_by_name)
         has_simulated_data = any(fit.is_simulated for fit in fit_by_name.values())
         # imported here, because it needs matplotlib
-        from oilfilm.cli.compare_plot import draw  # noqa: PLC0415
+        from oilfilm.cli.compare_plot import comparison_figure  # noqa: PLC0415
 
         write_plot(
-            draw(curves, _conditions_text(conditions), has_simulated_data=has_simulated_data),
+            comparison_figure(
+                curves, _conditions_text(conditions), has_simulated_data=has_simulated_data
+            ),
             options.plot,
         )
         print(f"Written: {options.plot}")
@@ -99,7 +101,7 @@ def read_fits(folders: Sequence[Path], oil_names: Sequence[str] | None) -> dict[
     """
     fit_by_name = {}
     for typed_folder in folders:
-        folder, footer = campaign_folder(typed_folder)
+        folder, footer = results_and_footer(typed_folder)
         coefficients = CampaignTables.in_folder(folder).configured.coefficients
         for oil_name in map(str, coefficients["oil"].unique()):
             constants = coefficients[coefficients["oil"] == oil_name]
@@ -147,7 +149,7 @@ def _lines_of_mu(
 def _lines_of_ratios(
     comparison: pd.DataFrame, fit_names: Sequence[str], pair_by_name: Mapping[str, OilPair]
 ) -> Iterator[str]:
-    """The ratio of each fit to the first one, one row per slip, and what it stands on."""
+    """The ratio of each fit to the first one, one row per slip, and what it is computed from."""
     first_name, *other_names = fit_names
     yield ""
     yield f"Ratio to {first_name}"
@@ -173,7 +175,7 @@ def _lines_of_ratios(
 
 
 def _basis_of_ratio(pair: OilPair) -> str:
-    """What a ratio stands on, and what is not in its interval, in sentences."""
+    """What a ratio is computed from, and what its interval does not cover, in sentences."""
     if isinstance(pair.ratio_or_obstacle, Obstacle):
         return (
             f"{_OBSTACLE_IN_WORDS[pair.ratio_or_obstacle]}. This is the ratio of the two laws. "

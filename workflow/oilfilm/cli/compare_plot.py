@@ -15,7 +15,9 @@ from oilfilm.surface.support import Support
 _WHAT_DOTTED_MEANS = ". Dotted: not tested, without support or above the limiting shear stress"
 
 
-def draw(curves: pd.DataFrame, conditions_text: str, *, has_simulated_data: bool) -> Figure:
+def comparison_figure(
+    curves: pd.DataFrame, conditions_text: str, *, has_simulated_data: bool
+) -> Figure:
     """The figure: mu over slip of each fit with its interval; beside it the ratios to the first.
 
     Args:
@@ -33,8 +35,8 @@ def draw(curves: pd.DataFrame, conditions_text: str, *, has_simulated_data: bool
         is_doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
         _draw_curve(mu_axes, curve, MU_COLUMNS, is_doubtful, colour, fit_name)
         if fit_name != first_fit_name:
-            no_support = curve["ratio_support"] != Support.SUPPORTED
-            is_ratio_doubtful = (curve["ratio_outside"] | no_support).to_numpy()
+            lacks_support = curve["ratio_support"] != Support.SUPPORTED
+            is_ratio_doubtful = (curve["ratio_outside"] | lacks_support).to_numpy()
             is_ratio_of_runs = curve["ratio_of"].iloc[0] == "runs"
             label = fit_name if is_ratio_of_runs else f"{fit_name}, of the two laws"
             _draw_curve(ratio_axes, curve, RATIO_COLUMNS, is_ratio_doubtful, colour, label)

@@ -19,7 +19,7 @@ from oilfilm.api.log_check import reports_on_logs, verdict_lines
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import conversion
-from oilfilm.cli.arguments import quantity
+from oilfilm.cli.arguments import typed_quantity
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.logs.header import split_bracketed_unit
 from oilfilm.logs.ingest import read_bytes
@@ -31,9 +31,9 @@ from oilfilm.settings.messages import first_mistake
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.rig import Elasticity, Rig
 
-# Asks a person: takes the prompt and gives the answer, as `input`.
+# Function that asks a person: it takes the prompt and returns the answer, as `input` does.
 Ask = Callable[[str], str]
-# Shows a line of text.
+# Function that shows a line of text, as `print` does.
 Say = Callable[[str], None]
 
 # Number of rounds of questions: each round asks for what the check of the last one lacked.
@@ -49,8 +49,8 @@ class OpenLine:
 
     Attributes:
         file: Path of the file below the project.
-        number: Its number, from 1.
-        text: Its text.
+        number: Number of the line in the file, from 1.
+        text: The line, without its line end.
     """
 
     file: str
@@ -168,7 +168,7 @@ def _most_frequent_rule(log_report: Mapping[str, Any]) -> str:
     return count_by_rule.most_common(1)[0][0] if count_by_rule else ""
 
 
-def converse(
+def ask_and_check(
     folder: Path,
     campaign_name: str,
     file_names: Sequence[str],
@@ -309,7 +309,7 @@ def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -
         _refuse_mistake(first_mistake({line.key: answer}, Semantics))
         return answer
     if line.key.endswith("_m"):
-        length_m = quantity(answer, "m", line.key)
+        length_m = typed_quantity(answer, "m", line.key)
         # a rig of steel, so that only the length can be a mistake
         rig_values = {
             "name": "-",

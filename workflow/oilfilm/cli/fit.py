@@ -8,7 +8,7 @@ from pathlib import Path
 import oilfilm
 from oilfilm.api.arrays import ArrayFit
 from oilfilm.base.errors import OilfilmError, printable
-from oilfilm.cli.arguments import quantity, typed_conditions
+from oilfilm.cli.arguments import typed_conditions, typed_quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
@@ -28,7 +28,7 @@ def run(options: argparse.Namespace) -> int:
         raise OilfilmError(f"{options.save}: exists already. Name a new folder with --save.")
     ball_radius_m = None
     if options.ball_radius is not None:
-        ball_radius_m = quantity(options.ball_radius, "m", "--ball-radius")
+        ball_radius_m = typed_quantity(options.ball_radius, "m", "--ball-radius")
     fit = oilfilm.fit_table(
         options.table,
         ball_radius_m=ball_radius_m,

@@ -23,7 +23,13 @@ from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import CONFIG, HOME
 from oilfilm.base.units import conversion
-from oilfilm.cli.dialogue import ProjectCheck, check_project, converse, open_lines, outcome_lines
+from oilfilm.cli.dialogue import (
+    ProjectCheck,
+    ask_and_check,
+    check_project,
+    open_lines,
+    outcome_lines,
+)
 from oilfilm.cli.settings_line import FILL_IN, settings_line
 from oilfilm.cli.sliding_rigs import why_not_rolling
 from oilfilm.curation.traction_rig import ZERO_SOURCES_BEST_FIRST, find_zero_source
@@ -63,7 +69,7 @@ _COMMENT_BY_ZERO_SOURCE = {
 }
 
 
-class Line(NamedTuple):
+class DraftLine(NamedTuple):
     """A line of settings before it is written: key, value and comment."""
 
     key: str
@@ -109,7 +115,7 @@ def run(options: argparse.Namespace) -> int:
     project = make_project(options.folder, options.logs)
     _print(_opening_lines(project, str(options.folder)))
     if is_terminal() and not options.no_questions:
-        project_check = converse(
+        project_check = ask_and_check(
             options.folder,
             project.campaign_name,
             list(project.text_by_path),
@@ -169,7 +175,7 @@ def _closing_lines(
 
 
 def lines_on_abilities(findings: Findings) -> Iterator[str]:
-    """What the logs can give and what they cannot give, as far as their columns show it."""
+    """What the logs can give and what they cannot give, by their columns."""
     unnamed_quantities = [quantity.replace("_", " ") for quantity in findings.names_to_choose_from]
     if unnamed_quantities:
         quantities_in_words = ", ".join(unnamed_quantities)
@@ -426,7 +432,8 @@ def campaign_yaml(campaign_name: str, findings: Findings) -> str:
         lines_by_group={
             "columns": list(_column_lines(findings)),
             "header": [
-                Line(key, names, "guess") for key, names in findings.header_names_of_key.items()
+                DraftLine(key, names, "guess")
+                for key, names in findings.header_names_of_key.items()
             ],
             "semantics": list(_semantics_lines(findings)),
         },
@@ -457,7 +464,7 @@ def lines_on_forms(findings: Findings) -> Iterator[str]:
             yield f"{log.file} could not be read: {log.problem}"
 
 
-def _column_lines(findings: Findings) -> Iterator[Line]:
+def _column_lines(findings: Findings) -> Iterator[DraftLine]:
     """Lines of the group `columns`."""
     for quantity in VOCABULARY.units_of_quantity:
         column_names = findings.column_names_of_quantity.get(quantity)
@@ -468,20 +475,20 @@ def _column_lines(findings: Findings) -> Iterator[Line]:
             ]
             choices = ", ".join(offered_names) or "no column is left"
             comment = f"{FILL_IN}: the name of the column; perhaps {choices}"
-            yield Line(quantity, {"name": column_names}, comment)
+            yield DraftLine(quantity, {"name": column_names}, comment)
         elif column_names and _open_question(findings, quantity):
             # a name that leaves its meaning open is confirmed, never taken
             question = _open_question(findings, quantity)
             comment = f"{FILL_IN}: the name of the column; perhaps {column_names[0]}: {question}"
-            yield Line(quantity, {"name": None}, comment)
+            yield DraftLine(quantity, {"name": None}, comment)
         elif column_names and unit_is_unknown:
             units = " or ".join(VOCABULARY.units_of_quantity[quantity])
             comment = f"{FILL_IN}: the unit, such as {units}; the logs do not say it"
-            yield Line(quantity, {"name": column_names, "unit": None}, comment)
+            yield DraftLine(quantity, {"name": column_names, "unit": None}, comment)
         elif column_names and unit:
-            yield Line(quantity, {"name": column_names, "unit": unit}, "guess")
+            yield DraftLine(quantity, {"name": column_names, "unit": unit}, "guess")
         elif column_names:
-            yield Line(quantity, {"name": column_names}, "guess")
+            yield DraftLine(quantity, {"name": column_names}, "guess")
 
 
 def _open_question(findings: Findings, quantity: str) -> str:
@@ -501,7 +508,7 @@ def _offered_name(column_name: str, quantity: str) -> str:
     return column_name
 
 
-def _semantics_lines(findings: Findings) -> Iterator[Line]:
+def _semantics_lines(findings: Findings) -> Iterator[DraftLine]:
     """Lines of the group `semantics`."""
     if findings.run_count_of_zero_source:
         ((source, count),) = findings.run_count_of_zero_source.most_common(1)
@@ -510,17 +517,17 @@ def _semantics_lines(findings: Findings) -> Iterator[Line]:
         reason = _COMMENT_BY_ZERO_SOURCE[source].format(which=which_runs)
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
-        yield Line("zero", source, reason)
+        yield DraftLine("zero", source, reason)
     if findings.is_slip_logged:
         column_names = findings.column_names_of_quantity.get(
             "slide_roll_ratio", ["slide_roll_ratio"]
         )
         meanings = [meaning_of(name) for name in column_names]
         if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
-            yield Line("slide_roll_ratio", "over_mean", "as the name says")
+            yield DraftLine("slide_roll_ratio", "over_mean", "as the name says")
         else:
             comment = f"{FILL_IN}: over_mean, over_sum or over_faster: the speed that divides it"
-            yield Line("slide_roll_ratio", None, comment)
+            yield DraftLine("slide_roll_ratio", None, comment)
 
 
 def oil_yaml(oil_name: str, findings: Findings) -> str:

@@ -26,7 +26,7 @@ class ConditionOption(NamedTuple):
     example: str
 
 
-# By the option of `predict`, `compare` and `fit`.
+# Conditions by their option of `predict`, `compare` and `fit`.
 CONDITION_OPTIONS = {
     "--stress": ConditionOption("max_hertz_pressure_gpa", "maximum Hertz pressure", "1.2GPa"),
     "--load": ConditionOption("load_n", "normal load", "50N"),
@@ -45,40 +45,44 @@ DUTY_EXAMPLE = "10000N,12000rpm,100degC"
 class Command(argparse.ArgumentParser):
     """The parser of one command, with methods that add the arguments that commands share."""
 
-    def text(self, name: str, meaning: str, **argparse_options: Any) -> None:
-        """Add an argument."""
+    def add_text(self, name: str, meaning: str, **argparse_options: Any) -> None:
+        """Add an argument whose value stays text, unless `argparse_options` say otherwise."""
         self.add_argument(name, help=meaning, **argparse_options)
 
-    def path(self, name: str, metavar: str | None, meaning: str, **argparse_options: Any) -> None:
+    def add_path(
+        self, name: str, metavar: str | None, meaning: str, **argparse_options: Any
+    ) -> None:
         """Add the path of a file or folder."""
         self.add_argument(name, type=Path, metavar=metavar, help=meaning, **argparse_options)
 
-    def flag(self, name: str, meaning: str, **argparse_options: Any) -> None:
+    def add_flag(self, name: str, meaning: str, **argparse_options: Any) -> None:
         """Add an option without a value."""
         self.add_argument(name, action="store_true", help=meaning, **argparse_options)
 
-    def conditions(self, help_text: str) -> None:
+    def add_conditions(self, help_text: str) -> None:
         """Add the conditions of a law.
 
         Args:
             help_text: Help of each, with the fields `{meaning}` and `{example}`.
         """
         for option, (_, meaning, example) in CONDITION_OPTIONS.items():
-            self.text(option, help_text.format(meaning=meaning, example=example), metavar=example)
+            self.add_text(
+                option, help_text.format(meaning=meaning, example=example), metavar=example
+            )
 
-    def config(self) -> None:
+    def add_config(self) -> None:
         """Add `--config`."""
         default = "config; where there is none, what comes with oilfilm"
-        self.path("--config", None, f"configuration folder (default: {default})")
+        self.add_path("--config", None, f"configuration folder (default: {default})")
 
-    def results(self) -> None:
+    def add_results(self) -> None:
         """Add `--results`."""
         meaning = "folder of a campaign's results (default: that of config.yaml's campaign)"
-        self.path("--results", "results/june", meaning)
+        self.add_path("--results", "results/june", meaning)
 
-    def release(self, name: str = "release", metavar: str = "RELEASE") -> None:
+    def add_release(self, name: str = "release", metavar: str = "RELEASE") -> None:
         """Add the folder of a release."""
-        self.path(name, metavar, "folder of a release or a pin")
+        self.add_path(name, metavar, "folder of a release or a pin")
 
 
 def init(command: Command) -> None:
@@ -90,9 +94,9 @@ def init(command: Command) -> None:
 
     Example: oilfilm init june ~/rig/*.csv
     """
-    command.path("folder", "DIR", "a new or empty folder; its name is that of the campaign")
-    command.path("logs", "LOG", "logs, folders of logs", nargs="+")
-    command.flag("--no-questions", "ask nothing; what is not known is marked FILL IN")
+    command.add_path("folder", "DIR", "a new or empty folder; its name is that of the campaign")
+    command.add_path("logs", "LOG", "logs, folders of logs", nargs="+")
+    command.add_flag("--no-questions", "ask nothing; what is not known is marked FILL IN")
 
 
 def run(command: Command) -> None:
@@ -105,7 +109,7 @@ def run(command: Command) -> None:
     """
     # the rest of the line, because argparse would take the first argument of snakemake for a folder
     meaning = "folder (default: this one), then the arguments of snakemake"
-    command.text("words", meaning, nargs=argparse.REMAINDER, metavar="[DIR] [-- ARGUMENT...]")
+    command.add_text("words", meaning, nargs=argparse.REMAINDER, metavar="[DIR] [-- ARGUMENT...]")
 
 
 def check(command: Command) -> None:
@@ -116,11 +120,11 @@ def check(command: Command) -> None:
 
     Example: oilfilm check data/raw/june
     """
-    command.path("logs", "FILE", "log to check, or folder of logs", nargs="+")
+    command.add_path("logs", "FILE", "log to check, or folder of logs", nargs="+")
     default = "that of the logs' folder, else that of config.yaml"
-    command.text("--campaign", f"campaign with the rig, oils and limits (default: {default})")
-    command.config()
-    command.flag("--json", "print one JSON object per log")
+    command.add_text("--campaign", f"campaign with the rig, oils and limits (default: {default})")
+    command.add_config()
+    command.add_flag("--json", "print one JSON object per log")
 
 
 def watch(command: Command) -> None:
@@ -131,10 +135,10 @@ def watch(command: Command) -> None:
 
     Example: oilfilm watch --campaign june
     """
-    command.text("--campaign", "campaign (default: that of config.yaml)")
-    command.config()
+    command.add_text("--campaign", "campaign (default: that of config.yaml)")
+    command.add_config()
     meaning = "a log is finished when it has not changed for so long (default: 3)"
-    command.text("--settle", meaning, type=float, default=3.0, metavar="SECONDS")
+    command.add_text("--settle", meaning, type=float, default=3.0, metavar="SECONDS")
 
 
 def fit(command: Command) -> None:
@@ -145,19 +149,19 @@ def fit(command: Command) -> None:
 
     Example: oilfilm fit mu.csv --ball-radius 9.525mm --save mu-results
     """
-    command.path("table", "TABLE", "one row per settled reading")
-    command.text("--ball-radius", "load becomes pressure with it", metavar="9.525mm")
+    command.add_path("table", "TABLE", "one row per settled reading")
+    command.add_text("--ball-radius", "load becomes pressure with it", metavar="9.525mm")
     materials = "steel, silicon-nitride, glass or 206GPa:0.3 each (default: steel,steel)"
-    command.text("--materials", materials, default="steel,steel", metavar="BALL,DISC")
+    command.add_text("--materials", materials, default="steel,steel", metavar="BALL,DISC")
     meaning = "what columns mean where their names leave it open; several with semicolons between"
     example = "slide_roll_ratio=Schlupf [%%], over_sum"
-    command.text("--columns", f'{meaning}, as "{example}"', default="")
-    command.text("--law", "name of the law (default: one of pressure, else of load)")
-    command.text("--oil", "which oil of the table, or its name")
-    command.conditions("{meaning}, where all rows have the same, as {example}")
-    command.flag("--simulated", "a program wrote the table; what is saved says so")
-    command.path("--plot", "FILE", "draw points and law: png, svg")
-    command.path("--save", "DIR", "write tables, exports and report to a new folder")
+    command.add_text("--columns", f'{meaning}, as "{example}"', default="")
+    command.add_text("--law", "name of the law (default: one of pressure, else of load)")
+    command.add_text("--oil", "which oil of the table, or its name")
+    command.add_conditions("{meaning}, where all rows have the same, as {example}")
+    command.add_flag("--simulated", "a program wrote the table; what is saved says so")
+    command.add_path("--plot", "FILE", "draw points and law: png, svg")
+    command.add_path("--save", "DIR", "write tables, exports and report to a new folder")
 
 
 def predict(command: Command) -> None:
@@ -166,16 +170,16 @@ def predict(command: Command) -> None:
     Example: oilfilm predict --results results/june --oil NAME --stress 1.2GPa
     --speed 30m/s --temperature 70degC --slip 0.05
     """
-    command.text("--oil", "name of the oil", required=True)
+    command.add_text("--oil", "name of the oil", required=True)
     if _HAS_PUBLISHED_LAWS:
-        command.flag("--printed", "take the published constants that a study has")
+        command.add_flag("--printed", "take the published constants that a study has")
     command.set_defaults(printed=False)
-    command.conditions("{meaning}, as {example}")
+    command.add_conditions("{meaning}, as {example}")
     meaning = "slide-roll ratio, as 0.05 or 5%%; a negative one as --slip=-5%%"
-    command.text("--slip", meaning, required=True)
-    command.text("--rig", "rig of the next run, where runs are of several; or: another")
-    command.flag("--json", "print one JSON object")
-    command.results()
+    command.add_text("--slip", meaning, required=True)
+    command.add_text("--rig", "rig of the next run, where runs are of several; or: another")
+    command.add_flag("--json", "print one JSON object")
+    command.add_results()
 
 
 def compare(command: Command) -> None:
@@ -186,11 +190,11 @@ def compare(command: Command) -> None:
 
     Example: oilfilm compare results/june results/july --temperature 70degC
     """
-    command.path("folders", "DIR", "results of a campaign: results/june", nargs="+")
-    command.text("--oil", "only this oil; may be repeated", action="append")
-    command.conditions("{meaning}, as {example} (default: the middle of what all tested)")
-    command.text("--slip", "slide-roll ratio; may be repeated", action="append")
-    command.path("--plot", "FILE", "draw mu and ratios: png, svg")
+    command.add_path("folders", "DIR", "results of a campaign: results/june", nargs="+")
+    command.add_text("--oil", "only this oil; may be repeated", action="append")
+    command.add_conditions("{meaning}, as {example} (default: the middle of what all tested)")
+    command.add_text("--slip", "slide-roll ratio; may be repeated", action="append")
+    command.add_path("--plot", "FILE", "draw mu and ratios: png, svg")
 
 
 def plan(command: Command) -> None:
@@ -203,19 +207,21 @@ def plan(command: Command) -> None:
 
     Example: oilfilm plan --results results/june --for traction --count 3
     """
-    command.results()
-    command.config()
-    command.text("--campaign", "campaign of config/campaigns that need not have results")
-    command.text("--oil", "oil to plan for (default: every oil of the campaign)")
-    command.text("--count", "number of tests for the bearing or mu (default: plan.tests)", type=int)
-    command.text("--bearing", "file of config/bearings (default: the campaign's)")
+    command.add_results()
+    command.add_config()
+    command.add_text("--campaign", "campaign of config/campaigns that need not have results")
+    command.add_text("--oil", "oil to plan for (default: every oil of the campaign)")
+    command.add_text(
+        "--count", "number of tests for the bearing or mu (default: plan.tests)", type=int
+    )
+    command.add_text("--bearing", "file of config/bearings (default: the campaign's)")
     meaning = "operating point of the bearing: axial load, speed, oil temperature; may be repeated "
     meaning += "(default: plan.duty_points, else those of the campaign)"
-    command.text("--duty", meaning, action="append", metavar=DUTY_EXAMPLE)
+    command.add_text("--duty", meaning, action="append", metavar=DUTY_EXAMPLE)
     meaning = "what is planned for; campaign: the runs that it lacks (default: these, and torque, "
     meaning += "or traction without a bearing)"
     targets = ("campaign", "torque", "cage-slip", "traction")
-    command.text("--for", meaning, dest="target", choices=targets)
+    command.add_text("--for", meaning, dest="target", choices=targets)
 
 
 def bearing(command: Command) -> None:
@@ -227,17 +233,17 @@ def bearing(command: Command) -> None:
     Example: oilfilm bearing --bearing mainshaft-167 --oil 4102 --load 10kN --speed 12000rpm
     --temperature 70degC
     """
-    command.text("--bearing", "file of config/bearings", required=True)
-    command.text("--oil", "oil of the campaign (default: all of them)")
+    command.add_text("--bearing", "file of config/bearings", required=True)
+    command.add_text("--oil", "oil of the campaign (default: all of them)")
     several = "; several are combined with each other"
-    command.text("--load", f"axial load{several}", required=True, nargs="+", metavar="10kN")
+    command.add_text("--load", f"axial load{several}", required=True, nargs="+", metavar="10kN")
     speed = f"speed of the inner ring{several}"
-    command.text("--speed", speed, required=True, nargs="+", metavar="12000rpm")
+    command.add_text("--speed", speed, required=True, nargs="+", metavar="12000rpm")
     temperature = f"oil temperature at the inlet{several}"
-    command.text("--temperature", temperature, required=True, nargs="+", metavar="70degC")
-    command.flag("--json", "print one JSON object per oil and operating point")
-    command.results()
-    command.config()
+    command.add_text("--temperature", temperature, required=True, nargs="+", metavar="70degC")
+    command.add_flag("--json", "print one JSON object per oil and operating point")
+    command.add_results()
+    command.add_config()
 
 
 def verify(command: Command) -> None:
@@ -245,9 +251,9 @@ def verify(command: Command) -> None:
 
     Example: oilfilm verify results/releases/june/latest
     """
-    command.release()
-    command.flag("--rebuild", "run the workflow on the raw logs again and compare")
-    command.text("--cores", "cores for --rebuild (default: all)", default="all")
+    command.add_release()
+    command.add_flag("--rebuild", "run the workflow on the raw logs again and compare")
+    command.add_text("--cores", "cores for --rebuild (default: all)", default="all")
 
 
 def fetch(command: Command) -> None:
@@ -258,8 +264,8 @@ def fetch(command: Command) -> None:
 
     Example: oilfilm fetch s3://lab/june/v1-0 june-v1-0
     """
-    command.text("address", "its place, as s3://lab/june/v1-0", metavar="ADDRESS")
-    command.path("folder", "FOLDER", "a new folder")
+    command.add_text("address", "its place, as s3://lab/june/v1-0", metavar="ADDRESS")
+    command.add_path("folder", "FOLDER", "a new folder")
 
 
 def diff(command: Command) -> None:
@@ -267,11 +273,11 @@ def diff(command: Command) -> None:
 
     Example: oilfilm diff data/reference/pins/june results/releases/june/latest
     """
-    command.release("before", "A")
-    command.release("after", "B")
+    command.add_release("before", "A")
+    command.add_release("after", "B")
     limits = "the limits of `drift` in config.yaml"
-    command.flag("--gate", f"show only changes beyond {limits}; exit with 1 if any")
-    command.config()
+    command.add_flag("--gate", f"show only changes beyond {limits}; exit with 1 if any")
+    command.add_config()
 
 
 def pin(command: Command) -> None:
@@ -279,7 +285,7 @@ def pin(command: Command) -> None:
 
     Example: oilfilm pin results/releases/june/latest
     """
-    command.release()
+    command.add_release()
 
 
 def export(command: Command) -> None:
@@ -290,11 +296,11 @@ def export(command: Command) -> None:
 
     Example: oilfilm export --printed --oil 4102
     """
-    command.flag("--printed", "the published constants that a study has", required=True)
-    command.text("--oil", "one oil (default: all)")
+    command.add_flag("--printed", "the published constants that a study has", required=True)
+    command.add_text("--oil", "one oil (default: all)")
     default = Path("printed-constants")
     meaning = f"where to write them (default: {default})"
-    command.path("folder", "FOLDER", meaning, nargs="?", default=default)
+    command.add_path("folder", "FOLDER", meaning, nargs="?", default=default)
 
 
 _COMMANDS_OF_STUDIES = (export,) if _HAS_PUBLISHED_LAWS else ()
@@ -351,7 +357,7 @@ def parser() -> argparse.ArgumentParser:
     return top_parser
 
 
-def check_command(words: Sequence[str]) -> None:
+def refuse_unknown_command(words: Sequence[str]) -> None:
     """Refuse a first word that is no command.
 
     Raises:

@@ -11,7 +11,7 @@ import pandas as pd
 from oilfilm.api.folders import config_folder, project_folder
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
-from oilfilm.cli.arguments import campaign_folder, quantity
+from oilfilm.cli.arguments import results_and_footer, typed_quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
 from oilfilm.fits.measured_curves import uncertainties, uncertainty
 from oilfilm.settings.resolve import named_content, resolve
@@ -27,7 +27,7 @@ from oilfilm.traction.law import CONDITIONS, QUANTITIES
 # The value of --for that plans runs; the others are targets of `oilfilm.torque.wanted_quantities`.
 _CAMPAIGN_TARGET = "campaign"
 _DUTY_UNITS = ("N", "rpm", "degC")
-# How the uncertainty of each target is printed: name, factor, unit.
+# How the uncertainty of each target is printed: name, factor that converts it to the unit, unit.
 _PRINTED_TARGETS = {
     "torque": ("friction torque", 100.0, " %"),
     "cage_slip": ("cage slip", 1.0, ""),
@@ -74,7 +74,7 @@ def run(options: argparse.Namespace) -> int:
             settings = resolve(settings_folder, {"campaign": options.campaign})
             return _print_first_plan(options, settings)
         options.results = results_folder
-    results_folder, footer = campaign_folder(options.results)
+    results_folder, footer = results_and_footer(options.results)
     settings = resolve(settings_folder, {"campaign": footer["campaign"]})
     results = CampaignTables.in_folder(results_folder)
     texts, reasons = _plans_of_runs(options, results, settings, str(results_folder))
@@ -225,7 +225,7 @@ def _duty_point(text: str) -> list[float]:
     """Axial load in N, speed in rpm and oil temperature in degC of an operating point."""
     number_texts = text.split(",")
     texts_with_units = zip(number_texts, _DUTY_UNITS, strict=False)
-    values = [quantity(number_text, unit, "--duty") for number_text, unit in texts_with_units]
+    values = [typed_quantity(number_text, unit, "--duty") for number_text, unit in texts_with_units]
     if len(number_texts) != len(_DUTY_UNITS) or min(values) <= 0:
         raise OilfilmError(
             f"--duty: found {text!r}; expected axial load, speed and oil temperature, three "

@@ -12,7 +12,7 @@ import numpy as np
 from oilfilm import tables
 from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError
-from oilfilm.cli.arguments import campaign_folder, json_line, quantity, typed_conditions
+from oilfilm.cli.arguments import json_line, results_and_footer, typed_conditions, typed_quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
 from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
 from oilfilm.fits.support_sentences import why_no_support
@@ -23,15 +23,15 @@ _PRESSURE_COLUMN, _LOAD_COLUMN = "max_hertz_pressure_gpa", "load_n"
 
 def run(options: argparse.Namespace) -> int:
     """Run the command."""
-    operating_point = {SLIP: quantity(options.slip, "dimensionless", "--slip")}
+    operating_point = {SLIP: typed_quantity(options.slip, "dimensionless", "--slip")}
     operating_point |= typed_conditions(options)
     fitted_law: FittedLaw
     if options.printed:
         fitted_law, source = studies.published_law(options.oil), "published constants"
     else:
-        folder, campaign_facts = campaign_folder(options.results)
+        folder, footer = results_and_footer(options.results)
         fitted_law = read_fit(folder, options.oil)
-        source = f"from campaign {campaign_facts['campaign']}, {campaign_facts['data']} data"
+        source = f"from campaign {footer['campaign']}, {footer['data']} data"
     predicted_row, sentences = prediction(fitted_law, options.oil, operating_point, options.rig)
     sentences.append(source)
     if options.json:
@@ -172,10 +172,10 @@ def _lines_of_warnings(
     columns = (*fitted_law.law.conditions, SLIP)
     box = fitted_law.widened_box.tolist()
     for column, value, (lowest, highest) in zip(columns, values, box, strict=True):
-        # mu has the size of that at the opposite slip; no other condition has a mirror image
-        size = abs(value) if column == SLIP else value
+        # mu has the same size at the opposite slip; no other condition has a mirror image
+        tested_side_value = abs(value) if column == SLIP else value
         # a condition without tested levels has no range
-        if np.isfinite([lowest, value]).all() and not lowest <= size <= highest:
+        if np.isfinite([lowest, value]).all() and not lowest <= tested_side_value <= highest:
             value_and_range = f"{column} {value:g}, tested {lowest:.4g} to {highest:.4g}"
             unit = tables.COLUMNS[column].shown_unit
             yield f"OUTSIDE the tested box: {value_and_range} {unit}".rstrip()

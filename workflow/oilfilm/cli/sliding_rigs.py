@@ -43,7 +43,7 @@ def why_not_rolling(log: SniffedLog, content: bytes) -> str:
         lines = content.decode("utf-8", "replace").splitlines()[:_MAX_SEARCHED_LINES]
         likely_line = likely_line_of_names(lines)
         column_names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
-    if _rolls(log, column_names):
+    if _is_rolling_rig(log, column_names):
         return ""
     for rig_kind, words in _WORDS_BY_RIG_KIND.items():
         names_of_kind = [name.strip() for name in column_names if _has_any_word(name, words)]
@@ -58,7 +58,7 @@ def why_not_rolling(log: SniffedLog, content: bytes) -> str:
     return ""
 
 
-def _rolls(log: SniffedLog, column_names: Iterable[str]) -> bool:
+def _is_rolling_rig(log: SniffedLog, column_names: Iterable[str]) -> bool:
     """Whether format or names of columns show a rolling speed, or the speeds of two bodies."""
     if log.format_name == "pcs":
         # an export of a traction rig, whatever its columns

@@ -97,7 +97,7 @@ class Watcher:
                 yield from self._look_at(folder, rig_class)
                 self._last_line_by_path.pop(folder, None)
             except (OilfilmError, OSError) as error:
-                yield from self._new_line(folder, f"{error} No log in {folder} is judged.")
+                yield from self._line_if_changed(folder, f"{error} No log in {folder} is judged.")
 
     def _look_at(self, folder: Path, rig_class: type[RigKind]) -> Iterator[str]:
         """Look at every file of one folder and yield each new verdict."""
@@ -131,7 +131,7 @@ class Watcher:
             except Exception as error:  # one log must not end the watch
                 # tried again: on Windows the program of the rig may hold the file
                 reason = error if isinstance(error, OilfilmError) else repr(error)
-                yield from self._new_line(path, f"{path}: NOT JUDGED: {reason}")
+                yield from self._line_if_changed(path, f"{path}: NOT JUDGED: {reason}")
 
     def _verdict(self, path: Path, rig_class: type[RigKind], run_sheet: RunSheet) -> str:
         """The verdict on a log, as text."""
@@ -139,7 +139,7 @@ class Watcher:
         (log_report,) = reports_on_logs_of_kind(logs, self._settings, rig_class, run_sheet)
         return "\n".join(verdict_lines(log_report))
 
-    def _new_line(self, path: Path, line: str) -> Iterator[str]:
+    def _line_if_changed(self, path: Path, line: str) -> Iterator[str]:
         """A line about a file or folder that cannot be judged, unless it was the same before."""
         if self._last_line_by_path.get(path) != line:
             self._last_line_by_path[path] = line
@@ -148,8 +148,8 @@ class Watcher:
     def _is_settled(self, path: Path, state: FileState) -> bool:
         """Whether a file has been seen unchanged for long enough, by this computer's own clock."""
         now_s = time.monotonic()
-        last_state, since_s = self._state_and_time_seen.get(path, (None, now_s))
+        last_state, first_seen_s = self._state_and_time_seen.get(path, (None, now_s))
         if last_state != state:
             self._state_and_time_seen[path] = (state, now_s)
-            since_s = now_s
-        return now_s - since_s >= self._settle_s
+            first_seen_s = now_s
+        return now_s - first_seen_s >= self._settle_s

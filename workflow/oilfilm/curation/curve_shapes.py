@@ -155,7 +155,7 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         elif np.exp(shape.smallest_visible_change) > _LARGEST_UNSEEN_FACTOR:
             smallest_visible = np.expm1(shape.smallest_visible_change)
             sentence = sentence_named(
-                "shape_not_judged", smallest_visible=smallest_visible, spread=shape.usual_spread
+                "shape_not_judged", smallest_visible=smallest_visible, spread=shape.median_log_mu_sd
             )
             verdicts.warnings.append((run_id, sentence))
             verdicts.unjudged_ids.add(run_id)
@@ -174,8 +174,8 @@ def _refusal_of_shape(
         mu=point["traction_coefficient"],
         deviation=point["traction_coefficient"] / shape.expected_mu - 1,
         expected=shape.expected_mu,
-        # at this point; `usual_spread` is its median over the curve
-        spread=shape.spread,
+        # at this point; `median_log_mu_sd` is its median over the curve
+        spread=shape.log_mu_sd,
         others=other_curve_count,
         oddness=shape.oddness,
     )

@@ -159,15 +159,15 @@ class TractionRig(RigKind):
     @staticmethod
     def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
         """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
-        # `semantics.direction` is one sign for the whole rig; column DIRECTION has one per plateau
+        # `semantics.sliding_sign` is for the whole rig; column DIRECTION has one sign per plateau
         semantics = settings.campaign.semantics_for(rig_name)
         ball_m_s = samples["ball_speed_m_s"]
         disc_m_s = samples["disc_speed_m_s"]
         entrainment_m_s = (ball_m_s + disc_m_s) / 2
-        sliding_m_s = semantics.direction * (disc_m_s - ball_m_s)
+        sliding_m_s = semantics.sliding_sign * (disc_m_s - ball_m_s)
         slip = unknown_values(len(entrainment_m_s))
         np.divide(sliding_m_s, entrainment_m_s, out=slip, where=entrainment_m_s != 0)
-        force_sign = semantics.traction_sign * semantics.direction
+        force_sign = semantics.traction_sign * semantics.sliding_sign
         columns = {name: samples[name] for name in _UNCHANGED_SIGNALS if name in samples}
         columns["traction_force_n"] = force_sign * samples["traction_force_n"]
         columns["entrainment_speed_m_s"] = entrainment_m_s
@@ -424,7 +424,7 @@ class TractionRig(RigKind):
 
     def hypotheses(self, rig_name: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        direction = self.settings.campaign.semantics_for(rig_name).direction
+        direction = self.settings.campaign.semantics_for(rig_name).sliding_sign
         yield from traction_hypotheses(self.settings.rigs[rig_name], direction)
         yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 

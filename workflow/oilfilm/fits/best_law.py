@@ -196,7 +196,7 @@ def _same_laws(mu_by_law: _MuByLaw, law_names: Sequence[str]) -> dict[str, tuple
         """Whether the mu of two laws differ by less than their errors explain."""
         difference = float(np.sqrt(np.mean((fitted_mu[law_name] - fitted_mu[other_name]) ** 2)))
         limit = _SAME_WITHIN * min(errors[law_name], errors[other_name])
-        return bool(reaches(limit, difference, size=rms_measured_mu))
+        return bool(reaches(limit, difference, term_size=rms_measured_mu))
 
     same_laws: dict[str, tuple[str, ...]] = {}
     for law_name in law_names:
@@ -276,7 +276,7 @@ def _ranking(
     for law_name, error in error_by_law.items():
         limit = max(error, tie_below)
         if law_name != best_name and reaches(
-            limit, differences[law_name], size=abs(criterion[best_name])
+            limit, differences[law_name], term_size=abs(criterion[best_name])
         ):
             ties.append(law_name)
     configured_name = preferred_names[0]

@@ -187,8 +187,8 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
         rows["lower"] = np.minimum(rows["value"] - half_width, lower_quantile)
         rows["upper"] = np.maximum(rows["value"] + half_width, upper_quantile)
         # in an exact fit the sign of a zero is rounding; exponents are of the size of 1
-        is_positive = exceeds(rows["lower"], 0.0, size=1.0)
-        is_negative = exceeds(0.0, rows["upper"], size=1.0)
+        is_positive = exceeds(rows["lower"], 0.0, term_size=1.0)
+        is_negative = exceeds(0.0, rows["upper"], term_size=1.0)
         rows["verdict"] = np.where(is_positive | is_negative, "known", "sign unknown")
     return rows
 
@@ -384,7 +384,7 @@ def _doubts(columns: Mapping[str, Any], largest_mu: float, settings: FitSettings
         "errors differ": not columns["sse_spread"] <= settings.agreement_sse,
         "constants differ": not columns["constant_spread"] <= settings.agreement_constants,
         "gradient": not columns["gradient_cosine"] <= settings.gradient_cosine_max,
-        "negative traction": not reaches(columns["min_traction"], 0.0, size=largest_mu),
+        "negative traction": not reaches(columns["min_traction"], 0.0, term_size=largest_mu),
         "flat": is_singular or not columns["hessian_smallest"] > 0,
         "at bounds": len(columns["active_bounds"]) > 0,
     }

@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
-from oilfilm.base.labels import aligned
+from oilfilm.base.labels import aligned_arguments
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import (
@@ -579,7 +579,7 @@ class FittedLaw:
                 "method predict of the fitted law, which takes rows of them."
             )
         values = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        arguments, labelled = aligned(dict(zip((*CONDITIONS, SLIP), values, strict=True)))
+        arguments, labelled = aligned_arguments(dict(zip((*CONDITIONS, SLIP), values, strict=True)))
         arrays = [in_unit(value, name) for name, value in arguments.items()]
         broadcast = np.broadcast_arrays(*arrays)
         shape = broadcast[0].shape
@@ -749,12 +749,12 @@ class FittedLaw:
         distance_beyond = np.maximum(np.maximum(lowest - points, points - highest), 0.0)
         distance_beyond[reaches(points, lowest) & reaches(highest, points)] = 0.0
         with np.errstate(divide="ignore", invalid="ignore"):
-            ranges_beyond = np.where(
+            distance_in_ranges = np.where(
                 distance_beyond == 0, 0.0, distance_beyond / (highest - lowest)
             )
         # a point beyond one range is outside, even where another range is unknown
-        farthest_known = np.fmax.reduce(ranges_beyond, axis=1)
-        return np.where(farthest_known > 0, farthest_known, ranges_beyond.max(axis=1))
+        farthest_known = np.fmax.reduce(distance_in_ranges, axis=1)
+        return np.where(farthest_known > 0, farthest_known, distance_in_ranges.max(axis=1))
 
 
 def _rows_of_fit(table: pd.DataFrame, oil: str, law: Law) -> pd.DataFrame:

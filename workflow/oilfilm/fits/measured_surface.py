@@ -17,7 +17,7 @@ import pandas as pd
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.problem import curve_data
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.interval import IntervalFactors, normal_factor
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
@@ -25,7 +25,7 @@ from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.reduction import ANOTHER_RIG, box_of
 from oilfilm.surface.reml import size_names
 from oilfilm.surface.support import Support
-from oilfilm.surface.surface import Surface, SurfaceSizes, surface_of_sizes
+from oilfilm.surface.surface import Surface, SurfaceSizes, surface_from_sizes
 from oilfilm.traction.law import CONDITIONS, Law, to_internal
 
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
@@ -164,7 +164,7 @@ class OilSurface:
     @cached_property
     def surface(self) -> Surface:
         """The surface itself."""
-        return surface_of_sizes(
+        return surface_from_sizes(
             self.measurements, self.law, self.assumptions.error_sizes, self.sizes, self.limits
         )
 
@@ -240,7 +240,7 @@ class OilSurface:
         support_codes = np.full(point_count, int(Support.SUPPORTED))
         surface_conditions = self.contact.surface_conditions(law, conditions)
         is_answerable = slip > 0
-        is_answerable[is_answerable] = self.surface.has_law(
+        is_answerable[is_answerable] = self.surface.is_law_positive(
             surface_conditions[is_answerable], slip[is_answerable]
         )
         support_codes[(slip > 0) & ~is_answerable] = Support.LAW_NOT_POSITIVE
@@ -403,7 +403,7 @@ def _rig_numbers(run_ids: Sequence[str], assumptions: RunAssumptions) -> IndexAr
     )
 
 
-def _smallest_traction(mu: FloatArray, errors: RunErrorSizes) -> float:
+def _smallest_traction(mu: FloatArray, errors: ErrorPriors) -> float:
     """mu of the law above which a point carries traction, and not only the error of the zero.
 
     Readings below zero show the size of that error, where it is larger than expected.

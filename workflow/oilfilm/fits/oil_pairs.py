@@ -16,7 +16,7 @@ from oilfilm.fits.fitted import FittedLaw, read_fit
 from oilfilm.fits.measured_surface import Contact, OilSurface, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
+from oilfilm.surface.ratio import OilOfPair, RatioSurface, RunsOfPair, fit_ratio
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
@@ -91,11 +91,11 @@ def oil_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> OilPair:
         return OilPair(Obstacle.UNKNOWN_CONDITIONS, 0, 0, rig_names)
     assumptions = assumptions_of_pair(first_oil, second_oil)
     oils_of_pair = (_oil_of_pair(first_oil, assumptions), _oil_of_pair(second_oil, assumptions))
-    paired_runs = PairedRuns(oils_of_pair[0].measurements, oils_of_pair[1].measurements)
+    paired_runs = RunsOfPair(oils_of_pair[0].measurements, oils_of_pair[1].measurements)
     is_paired = paired_runs.is_paired()
     paired_count = int(np.count_nonzero(is_paired))
     ratio_or_obstacle: RatioSurface | Obstacle
-    if paired_runs.share_runs():
+    if paired_runs.has_common_runs():
         ratio_or_obstacle = Obstacle.SAME_RUNS
     elif paired_count < _FEWEST_PAIRED:
         ratio_or_obstacle = Obstacle.FEW_PAIRS

@@ -15,12 +15,12 @@ import pandas as pd
 
 from oilfilm.settings.config import SameConditionSettings
 from oilfilm.settings.rig import Rig
-from oilfilm.surface.effects import RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.measurements import LevelWidths
 
 # Entry of the column `search` in the rows of sizes that were expected before the data.
 _EXPECTED = "expected"
-# Keys of a rig's `errors_between_runs`, by the attribute of `RunErrorSizes` that they state.
+# Keys of a rig's `errors_between_runs`, by the attribute of `ErrorPriors` that they state.
 _KEY_OF_SIZE = {
     "gain": "traction_force_relative",
     "zero": "zero_as_traction_coefficient",
@@ -28,7 +28,7 @@ _KEY_OF_SIZE = {
     "temperature_k": "inlet_temperature_k",
     "noise": "noise_of_points_relative",
 }
-# Attribute of `RunErrorSizes` for the difference of rigs, which their calibration states.
+# Attribute of `ErrorPriors` for the difference of rigs, which their calibration states.
 _RIG_GAIN = "rig_gain"
 
 
@@ -47,7 +47,7 @@ class RunAssumptions:
     """
 
     level_widths: LevelWidths = field(default_factory=LevelWidths)
-    error_sizes: RunErrorSizes = field(default_factory=RunErrorSizes)
+    error_sizes: ErrorPriors = field(default_factory=ErrorPriors)
     usual_error_names: tuple[str, ...] = tuple(_KEY_OF_SIZE)
     rig_name_of_run: tuple[str, ...] | None = None
 
@@ -65,7 +65,7 @@ class RunAssumptions:
             rigs: Its rigs. Where there are several, the root mean square of an error counts.
             rig_name_of_run: As the attribute.
         """
-        usual_errors = RunErrorSizes()
+        usual_errors = ErrorPriors()
         stated_sizes_by_name = {
             size_name: [getattr(rig.errors_between_runs, key, None) for rig in rigs]
             for size_name, key in _KEY_OF_SIZE.items()
@@ -123,7 +123,7 @@ class RunAssumptions:
             for width in fields(LevelWidths)
         }
         medians = {}
-        for size in fields(RunErrorSizes):
+        for size in fields(ErrorPriors):
             sizes = [getattr(runs.error_sizes, size.name).median for runs in (self, other)]
             medians[size.name] = float(np.sqrt(np.mean(np.square(sizes))))
         # equal errors keep their last digit
@@ -183,13 +183,13 @@ def _gain_by_calibration(rig: Rig) -> float | None:
     return float(np.hypot(rig.calibration.traction_force_relative, rig.calibration.load_relative))
 
 
-def _errors_with_medians(medians: Mapping[str, float]) -> RunErrorSizes:
+def _errors_with_medians(medians: Mapping[str, float]) -> ErrorPriors:
     """Usual sizes of errors, with other medians by their names.
 
     A calibration may be better or worse than every difference of rigs that is searched, and a size
     at a limit is rounded in its table. The median is then the nearest limit.
     """
-    usual_errors = RunErrorSizes()
+    usual_errors = ErrorPriors()
     changed_errors = {}
     for size_name, median in medians.items():
         usual_error = getattr(usual_errors, size_name)

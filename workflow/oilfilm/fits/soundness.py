@@ -433,10 +433,10 @@ def verdict_of_fit(
         # an unknown condition may differ between runs as a rig that changes does
         if not too_few_curves and not is_condition_missing:
             campaign = MeasuredCampaign.from_surface(surface)
-            members_by_label = {}
+            is_member_by_label = {}
             if runs is not None:
-                members_by_label = runs_in_common(campaign.run_ids, runs, points)
-            columns = change_columns(campaign, members_by_label, settings.steadiness)
+                is_member_by_label = runs_in_common(campaign.run_ids, runs, points)
+            columns = change_columns(campaign, is_member_by_label, settings.steadiness)
     largest_misfit = max(run_scatter, settings.surface.largest_misfit)
     law_verdict = _first_that_holds(
         {

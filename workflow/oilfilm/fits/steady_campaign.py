@@ -18,15 +18,15 @@ from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.config import ChangeSizeSettings, SteadinessSettings
-from oilfilm.surface.effects import EFFECTS, RunErrorSizes, effect_design
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, effect_design
 from oilfilm.surface.label_swap import LabelSwap, likeliest_swap
-from oilfilm.surface.misreading import Misreading, misread_runs
+from oilfilm.surface.misreading import Misreading, likeliest_misreading
 from oilfilm.surface.steadiness import (
     Change,
     ChangeSizes,
     SteadinessLimits,
     largest_change,
-    smallest_changes,
+    smallest_visible_changes,
 )
 from oilfilm.surface.surface import Surface
 from oilfilm.tables.set_points import NOMINAL_COLUMNS
@@ -67,7 +67,7 @@ class MeasuredCampaign:
 
     surface: Surface
     run_ids: tuple[str, ...]
-    errors: RunErrorSizes
+    errors: ErrorPriors
 
     @classmethod
     def from_surface(cls, oil_surface: OilSurface) -> "MeasuredCampaign":
@@ -150,21 +150,21 @@ def _in_logarithms(sizes: ChangeSizeSettings) -> ChangeSizes:
 
 def change_columns(
     campaign: MeasuredCampaign,
-    members_by_label: Mapping[str, BoolArray],
+    is_member_by_label: Mapping[str, BoolArray],
     settings: SteadinessSettings,
 ) -> dict[str, Any]:
     """The columns of the table `soundness` that tell whether the campaign is steady.
 
     Args:
         campaign: The surface and its runs.
-        members_by_label: As `runs_in_common` gives them.
+        is_member_by_label: As `runs_in_common` gives them.
         settings: When a change is named.
     """
     limits = limits_of(settings)
     covariance, position_in_time = campaign.surface.misfit_covariance, campaign.position_in_time
-    change = largest_change(covariance, position_in_time, members_by_label, limits)
+    change = largest_change(covariance, position_in_time, is_member_by_label, limits)
     swap = likeliest_swap(campaign.surface, campaign.errors, limits)
-    misreading = misread_runs(campaign.surface, members_by_label, campaign.errors, limits)
+    misreading = likeliest_misreading(campaign.surface, is_member_by_label, campaign.errors, limits)
     alarms: list[tuple[float, dict[str, Any]]] = []
     if change is not None and change.is_alarm:
         alarms.append((change.score, _change_columns(campaign, change)))
@@ -178,7 +178,7 @@ def change_columns(
         _, alarm_columns = alarms[largest_alarm]
         columns.update(alarm_columns)
     else:
-        smallest_visible = smallest_changes(covariance, position_in_time, limits)
+        smallest_visible = smallest_visible_changes(covariance, position_in_time, limits)
         for course, size_by_effect in (
             ("trend", smallest_visible.trend),
             ("step", smallest_visible.step),
@@ -203,7 +203,9 @@ NO_CHANGE: dict[str, Any] = {
     "change_size": np.nan,
     "change_relative_rms": np.nan,
     "order_resembles": "",
-    **{f"seen_{course}_{effect}": np.nan for course in ("trend", "step") for effect in EFFECTS},
+    **{
+        f"seen_{course}_{effect}": np.nan for course in ("trend", "step") for effect in EFFECT_NAMES
+    },
 }
 
 
@@ -214,7 +216,7 @@ def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any
         size = float(np.expm1(size))
     is_suspect = change.pattern > 0.5
     in_all_runs = change.kind in ("trend", "season")
-    effect_index = EFFECTS.index(change.effect_name)
+    effect_index = EFFECT_NAMES.index(change.effect_name)
     measurements = campaign.surface.measurements
     log_mu_change = (
         campaign.design()[:, effect_index]

@@ -24,7 +24,7 @@ from oilfilm.fits.measured_surface import (
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.settings.config import ConfigKeys, SurfaceSettings
 from oilfilm.settings.rig import Rig
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -33,8 +33,8 @@ from oilfilm.surface.surface import (
     LawVerdict,
     Surface,
     SurfaceSizes,
-    most_likely_surface,
-    surface_of_sizes,
+    most_likely_surface_sizes,
+    surface_from_sizes,
 )
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
@@ -162,15 +162,15 @@ def searched_surface(
         reach_in_ranges=settings.reach_in_ranges,
         largest_spread_of_bound=settings.largest_spread_of_bound,
     )
-    sizes = most_likely_surface(measurements, surface_law, errors)
-    surface = surface_of_sizes(measurements, surface_law, errors, sizes, limits)
+    sizes = most_likely_surface_sizes(measurements, surface_law, errors)
+    surface = surface_from_sizes(measurements, surface_law, errors, sizes, limits)
     factors = surface.interval_factors
     tested = surface.measurements
     prediction = surface.predict(tested.point_conditions, tested.slip)
     mu_of_law = np.exp(surface_law.log_mu(tested.point_conditions, tested.slip))
     misfit = float(np.linalg.norm(mu_of_law - prediction.mu) / np.linalg.norm(prediction.mu))
-    effect_columns = [COLUMN_OF_EFFECT[effect] for effect in EFFECTS]
-    effect_sizes = np.exp(sizes.misfit)[: len(EFFECTS)]
+    effect_columns = [COLUMN_OF_EFFECT[effect] for effect in EFFECT_NAMES]
+    effect_sizes = np.exp(sizes.misfit)[: len(EFFECT_NAMES)]
     mu_errors_by_runs = prediction.mu * surface.sd_by_runs(effect_sizes)
     run_scatter = float(np.linalg.norm(mu_errors_by_runs) / np.linalg.norm(prediction.mu))
     next_run_sd = prediction.next_run_sd

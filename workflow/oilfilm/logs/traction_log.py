@@ -154,7 +154,7 @@ def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
         )
     if "traction_coefficient" in values_of_quantity:
         force_n = (
-            semantics.direction
+            semantics.sliding_sign
             * values_of_quantity["traction_coefficient"]
             * values_of_quantity["load"]
         )
@@ -331,7 +331,7 @@ def _surface_speeds(
         return ball_m_s, disc_m_s
     entrainment_m_s = values_of_quantity["entrainment_speed"]
     # a logged ratio is positive with the slower body slowed
-    slip = semantics.direction * semantics.over_mean(values_of_quantity["slide_roll_ratio"])
+    slip = semantics.sliding_sign * semantics.over_mean(values_of_quantity["slide_roll_ratio"])
     sliding_m_s = slip * entrainment_m_s
     return entrainment_m_s - sliding_m_s / 2, entrainment_m_s + sliding_m_s / 2
 
@@ -425,7 +425,7 @@ def _quantities_logged_twice(
     quantities_logged_twice: list[_LoggedTwice] = []
     if "ball_speed" in values_of_quantity:
         entrainment_m_s = (ball_m_s + disc_m_s) / 2
-        sliding_m_s = semantics.direction * (disc_m_s - ball_m_s)
+        sliding_m_s = semantics.sliding_sign * (disc_m_s - ball_m_s)
         speeds_in_words = "the speeds of ball and disc"
         if "entrainment_speed" in values_of_quantity:
             logged_values = values_of_quantity["entrainment_speed"]

@@ -43,7 +43,7 @@ from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.messages import validated
-from oilfilm.settings.resolve import unresolve
+from oilfilm.settings.resolve import config_files_of
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
 from oilfilm.tables.samples_content import content_digest
@@ -111,7 +111,7 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
         OilfilmError: A raw log has changed since the run read it, a file is not as its step wrote
             it, or the release exists already with other content.
     """
-    config_text = as_yaml(run.settings.plain())
+    config_text = as_yaml(run.settings.plain_values())
     made_from = MadeFrom(
         campaign=run.settings.campaign.name,
         data=run.settings.campaign.data,
@@ -315,9 +315,9 @@ def lay_out_rebuild(stored: StoredRelease, root: Path, folder: Path) -> Settings
         copy_file(home.HOME / path, folder / path)
     config = stored.read_config()
     try:
-        settings = Settings.of(config)
+        settings = Settings.from_plain_values(config)
         validated(config["campaign"], Campaign, lambda key_path: "campaign")
-        text_by_config_path = unresolve(settings)
+        text_by_config_path = config_files_of(settings)
     except (AttributeError, KeyError, TypeError, ValueError, RecursionError, OilfilmError) as error:
         raise OilfilmError(
             f"{stored.folder}: config.yaml is not a configuration of this version of oilfilm "

@@ -113,7 +113,7 @@ def job(snakemake: Any) -> Iterator[Job]:
         with job_lock(Path(".snakemake")):
             log_path.write_text("", encoding="utf-8")
             _refuse_altered_inputs(snakemake)
-            settings = Settings.of(snakemake.params.config)
+            settings = Settings.from_plain_values(snakemake.params.config)
             yield Job(snakemake, settings, _provenance(snakemake, settings))
             _write_digests(snakemake.output)
             with log_path.open("a", encoding="utf-8") as remarks:
@@ -186,7 +186,7 @@ def _end(sentence: str, log_path: Path) -> NoReturn:
 
 def _provenance(snakemake: Any, settings: Settings) -> dict[str, Any]:
     """Provenance of the tables of a job, as in `Job`. The key `part` marks tables of one share."""
-    plain_settings = settings.plain()
+    plain_settings = settings.plain_values()
     provenance = {
         "campaign": settings.campaign.name,
         "data": settings.campaign.data,

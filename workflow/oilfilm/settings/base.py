@@ -70,7 +70,7 @@ def required_value(value: T | None, key_name: str, owner: str) -> T:
     return value
 
 
-def unexpected(expected: str) -> PydanticCustomError:
+def unexpected_value_error(expected: str) -> PydanticCustomError:
     """The error for a value of the right type that is wrong: "found ..., expected {expected}"."""
     return PydanticCustomError("unexpected", "{expected}", {"expected": expected})
 

@@ -21,16 +21,16 @@ class Source(Group):
     address: q.WebAddress | None = optional("Address, where it has one.")
 
 
-# First digits of the sha256 of a log, as the refusal of a changed log prints them.
-LogState = Annotated[str, Field(pattern=r"^[0-9a-f]{12,64}$")]
+# First digits of the sha256 of a log. The message that refuses a changed log prints them.
+LogDigestStart = Annotated[str, Field(pattern=r"^[0-9a-f]{12,64}$")]
 
 
 class AcknowledgedChange(Group):
     """A raw log that was changed on purpose after a run had read it."""
 
     log: Annotated[str, Field(pattern=r"^data/raw/[^/]+/.")] = key("Its path from the top folder.")
-    was: LogState = key("First digits of the sha256 that data/first_seen has of it.")
-    now: LogState = key("First digits of its sha256 now.")
+    was: LogDigestStart = key("First digits of the sha256 that data/first_seen has of it.")
+    now: LogDigestStart = key("First digits of its sha256 now.")
     reason: Annotated[str, Field(pattern=r"\S")] = key("Why it was changed.")
 
 
@@ -44,8 +44,10 @@ class Dataset(Group):
     date: str | None = optional(
         "When the data were measured, in quotes: '2026-06-02', 'June 2026'."
     )
-    creators: q.Levels[q.Text] | None = optional("Who made the data: persons or organisations.")
-    sources: q.Filled[Source] | None = optional("Other sources of the data.")
+    creators: q.OneOrMoreDistinct[q.Text] | None = optional(
+        "Who made the data: persons or organisations."
+    )
+    sources: q.OneOrMore[Source] | None = optional("Other sources of the data.")
     acknowledged_changes: list[AcknowledgedChange] = key(
         "Raw logs changed on purpose after a run had read them; a run refuses others.", default=[]
     )
@@ -66,7 +68,7 @@ def _as_list(value: Any) -> list[Any]:
 
 # One name, or a list of names.
 Names = Annotated[
-    q.Levels[q.Text],
+    q.OneOrMoreDistinct[q.Text],
     BeforeValidator(_as_list),
     WithJsonSchema(
         {"anyOf": [_NAME_SCHEMA, {"type": "array", "items": _NAME_SCHEMA, "minItems": 1}]}
@@ -139,7 +141,7 @@ class Semantics(Group):
     )
 
     @property
-    def direction(self) -> int:
+    def sliding_sign(self) -> int:
         """Sign factor: sliding and force are positive where the slower body is slowed."""
         return 1 if self.slower_body == "ball" else -1
 
@@ -172,7 +174,7 @@ class SetPoints(Group):
     inlet_temperature_c: (
         Annotated[float, Field(gt=-100, le=250, json_schema_extra={"unit": "degC"})] | None
     ) = optional("Inlet temperature.")
-    slide_roll_ratio: q.Filled[q.SignedSlideRollRatio] | None = optional(
+    slide_roll_ratio: q.OneOrMore[q.SignedSlideRollRatio] | None = optional(
         "Planned S; points further from all of them than slip_tolerance are refused."
     )
 
@@ -238,9 +240,9 @@ class TorqueCalibration(Group):
 class TorqueMatrix(Group):
     """Operating points of the torque rig's twin."""
 
-    axial_load_n: q.Levels[q.LoadN] = key("Axial loads.")
-    inner_speed_rpm: q.Levels[q.SpeedRpm] = key("Speeds of the inner ring.")
-    oil_temperature_c: q.Levels[q.TemperatureC] = key("Oil temperatures.")
+    axial_load_n: q.OneOrMoreDistinct[q.LoadN] = key("Axial loads.")
+    inner_speed_rpm: q.OneOrMoreDistinct[q.SpeedRpm] = key("Speeds of the inner ring.")
+    oil_temperature_c: q.OneOrMoreDistinct[q.TemperatureC] = key("Oil temperatures.")
 
 
 class TorqueDefect(Group):
@@ -288,12 +290,16 @@ class CampaignKeys(Group):
     simulated_by: q.Text | None = optional("What simulated the logs; not with `twin`.")
     description: q.Text = key("One line on what was measured.")
     credit: q.Text | None = optional("Whose data they are; printed wherever they are shown.")
-    rigs: q.Levels[q.Name] = key("Files of config/rigs; the first is for logs that name none.")
-    oils: q.Unique[q.Name] = key("Files of config/oils, without .yaml, each in quotes.")
-    oils_without_properties: q.Unique[q.Name] = key("Oils of unknown properties.", default=[])
+    rigs: q.OneOrMoreDistinct[q.Name] = key(
+        "Files of config/rigs; the first is for logs that name none."
+    )
+    oils: q.AnyNumberDistinct[q.Name] = key("Files of config/oils, without .yaml, each in quotes.")
+    oils_without_properties: q.AnyNumberDistinct[q.Name] = key(
+        "Oils of unknown properties.", default=[]
+    )
     oil_aliases: dict[str, Names] = key("By oil: names beside its `aliases`.", default={})
-    figures: q.Unique[q.Name] = key("Figures to draw.")
-    studies: q.Unique[q.Name] = key(
+    figures: q.AnyNumberDistinct[q.Name] = key("Figures to draw.")
+    studies: q.AnyNumberDistinct[q.Name] = key(
         "Packages beside oilfilm to add (`deng2026_study`).", default=[]
     )
     min_accepted_runs: int = key(

@@ -10,7 +10,7 @@ from pydantic import BeforeValidator, Field, model_validator
 from oilfilm.bearing.inputs import UncertainInput
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, OneOf, key, key_error_at
-from oilfilm.settings.ranges import check_ranges, uncertain_in_all_bearings
+from oilfilm.settings.ranges import refuse_outside_ranges, uncertain_inputs_of_all_bearings
 from oilfilm.traction import LAW_NAMES, LAWS, reason_for_comparison_only
 
 
@@ -64,7 +64,7 @@ class PlateauSettings(StepSettings):
 class RampSettings(Group):
     """Logs whose slip is a continuous ramp, in place of steps."""
 
-    force_lag_s_range: q.Band[q.DurationOrZeroS] = key(
+    force_lag_s_range: q.RisingPair[q.DurationOrZeroS] = key(
         "Time by which the traction force may be logged behind the slip; a rig file has its own."
     )
     largest_error: q.Tolerance = key(
@@ -319,7 +319,9 @@ class TorqueLogSettings(Group):
 class CompareSettings(Group):
     """Laws compared on the same points by the same fit."""
 
-    laws: q.Levels[AnyLaw] = key("Laws, in the order of tables and figures.", default=[*LAW_NAMES])
+    laws: q.OneOrMoreDistinct[AnyLaw] = key(
+        "Laws, in the order of tables and figures.", default=[*LAW_NAMES]
+    )
     bic_difference_min: q.Positive = key("Laws tie where their BIC differ by less.")
 
 
@@ -380,10 +382,10 @@ class PalmgrenSettings(Group):
 class CageSlipSettings(Group):
     """The map of cage slip."""
 
-    pitch_speed_mm_rpm: q.Several[q.PitchSpeedMmRpm] = key("Pitch diameter times speed.")
-    axial_load_n: q.Several[q.LoadN] = key("Axial loads.")
+    pitch_speed_mm_rpm: q.TwoOrMoreDistinct[q.PitchSpeedMmRpm] = key("Pitch diameter times speed.")
+    axial_load_n: q.TwoOrMoreDistinct[q.LoadN] = key("Axial loads.")
     inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
-    further_temperature_c: q.Unique[q.TemperatureC] = key(
+    further_temperature_c: q.AnyNumberDistinct[q.TemperatureC] = key(
         "Further oil temperatures, at every second speed and load, for the report's explorer."
     )
     slip_limit: q.Tolerance = key("Cage slip from which on a bearing slips.")
@@ -392,8 +394,10 @@ class CageSlipSettings(Group):
 class SizeEffectSettings(Group):
     """Bearings like the campaign's, of other sizes and grooves."""
 
-    ball_size_factors: q.Levels[q.Factor] = key("Factors on all lengths.")
-    groove_curvatures: q.Levels[q.GrooveCurvature] = key("Groove radii over ball diameter.")
+    ball_size_factors: q.OneOrMoreDistinct[q.Factor] = key("Factors on all lengths.")
+    groove_curvatures: q.OneOrMoreDistinct[q.GrooveCurvature] = key(
+        "Groove radii over ball diameter."
+    )
     axial_load_n: q.LoadN = key("Axial load of the bearing itself; others have its pressure.")
     inner_speed_rpm: q.SpeedRpm = key("Speed of the bearing itself; others have its surface speed.")
     inlet_temperature_c: q.TemperatureC = key("Oil temperature.")
@@ -404,15 +408,19 @@ class BearingSettings(Group):
 
     drag_coefficient: float = key("Of a ball in its row, by frontal area.", unit="1", ge=0, le=10)
     oil_volume_fraction: q.PositiveShare = key("Oil in the space of the balls; drag follows it.")
-    oil_volume_fraction_range: q.Band[q.Share] = key("Its outer bounds, by single published tests.")
+    oil_volume_fraction_range: q.RisingPair[q.Share] = key(
+        "Its outer bounds, by single published tests."
+    )
     replenishment_constant: q.ReplenishmentConstant = key("K_rs of SKF's starvation factor.")
-    replenishment_constant_range: q.Band[q.ReplenishmentConstant] = key("Its range.")
+    replenishment_constant_range: q.RisingPair[q.ReplenishmentConstant] = key("Its range.")
     ellipse_factor: q.EllipseFactor = key(
         "Traction in the bearing's ellipse over that in a rig's circle, at equal conditions."
     )
-    ellipse_factor_range: q.Band[q.EllipseFactor] = key("Its range.")
+    ellipse_factor_range: q.RisingPair[q.EllipseFactor] = key("Its range.")
     law_floor: LawFloorSettings = key("Smallest levels at which a law is evaluated.")
-    pressure_limits_gpa: q.Band[q.PressureGpa] = key("Highest pressure in the long term, at peaks.")
+    pressure_limits_gpa: q.RisingPair[q.PressureGpa] = key(
+        "Highest pressure in the long term, at peaks."
+    )
     term_uncertainty: TermUncertaintySettings = key("Relative uncertainty of the other terms.")
     stand_in_uncertainty: StandInUncertaintySettings = key("Uncertainty of stand-in oils.")
     law_error_beyond: q.RelativeError = key(
@@ -429,12 +437,12 @@ class BearingSettings(Group):
 
     @model_validator(mode="after")
     def _values_are_in_their_ranges(self) -> Self:
-        check_ranges(self)
+        refuse_outside_ranges(self)
         return self
 
     def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs that are settings of all bearings."""
-        return uncertain_in_all_bearings(self)
+        return uncertain_inputs_of_all_bearings(self)
 
 
 class DutyPoint(Group):
@@ -448,9 +456,11 @@ class DutyPoint(Group):
 class PlanLevels(Group):
     """Levels of the candidate tests, in all combinations."""
 
-    max_hertz_pressure_gpa: q.Rising[q.PressureGpa] = key("Maximum Hertz pressures, rising.")
-    entrainment_speed_m_s: q.Rising[q.SpeedMs] = key("Entrainment speeds, rising.")
-    inlet_temperature_c: q.Rising[q.TemperatureC] = key("Inlet temperatures, rising.")
+    max_hertz_pressure_gpa: q.OneOrMoreRising[q.PressureGpa] = key(
+        "Maximum Hertz pressures, rising."
+    )
+    entrainment_speed_m_s: q.OneOrMoreRising[q.SpeedMs] = key("Entrainment speeds, rising.")
+    inlet_temperature_c: q.OneOrMoreRising[q.TemperatureC] = key("Inlet temperatures, rising.")
 
 
 class PlanSettings(Group):
@@ -468,22 +478,26 @@ class PlanSettings(Group):
     duty_points: list[DutyPoint] = key(
         "Points of the bearing; else those of `torque.matrix` or `bearing.cage_slip`.", default=[]
     )
-    traction_at: q.Levels[PointOfTraction] = key("Points to plan for where there is no bearing.")
+    traction_at: q.OneOrMoreDistinct[PointOfTraction] = key(
+        "Points to plan for where there is no bearing."
+    )
 
 
 class ExportSettings(Group):
     """Laws for other programs."""
 
-    adore_points: q.Levels[OperatingPoint] = key("Operating points of the exported ADORE form.")
+    adore_points: q.OneOrMoreDistinct[OperatingPoint] = key(
+        "Operating points of the exported ADORE form."
+    )
 
 
 class Box(Group):
     """Lowest and highest level of each condition."""
 
-    max_hertz_pressure_gpa: q.Band[q.PressureGpa] = key("Maximum Hertz pressure.")
-    entrainment_speed_m_s: q.Band[q.SpeedMs] = key("Entrainment speed.")
-    inlet_temperature_c: q.Band[q.TemperatureC] = key("Inlet temperature.")
-    slide_roll_ratio: q.Band[q.SlideRollRatioOrZero] = key("Slide-roll ratio.")
+    max_hertz_pressure_gpa: q.RisingPair[q.PressureGpa] = key("Maximum Hertz pressure.")
+    entrainment_speed_m_s: q.RisingPair[q.SpeedMs] = key("Entrainment speed.")
+    inlet_temperature_c: q.RisingPair[q.TemperatureC] = key("Inlet temperature.")
+    slide_roll_ratio: q.RisingPair[q.SlideRollRatioOrZero] = key("Slide-roll ratio.")
 
 
 class TorqueFigureSettings(Group):
@@ -495,10 +509,12 @@ class TorqueFigureSettings(Group):
 class FrictionMapSettings(Group):
     """Conditions of the friction map."""
 
-    max_hertz_pressure_gpa: q.Rows[q.PressureGpa] = key("Pressures, one row of panels each.")
+    max_hertz_pressure_gpa: q.UpToFiveDistinct[q.PressureGpa] = key(
+        "Pressures, one row of panels each."
+    )
     inlet_temperature_c: q.TemperatureC = key("Temperature.")
-    entrainment_speed_m_s: q.Band[q.SpeedMs] = key("Lowest and highest speed.")
-    slide_roll_ratio: q.Band[q.SlideRollRatio] = key("Smallest and largest slip.")
+    entrainment_speed_m_s: q.RisingPair[q.SpeedMs] = key("Lowest and highest speed.")
+    slide_roll_ratio: q.RisingPair[q.SlideRollRatio] = key("Smallest and largest slip.")
 
 
 class StribeckSettings(Group):
@@ -531,9 +547,9 @@ class FigureSettings(Group):
 class Matrix(Group):
     """Operating conditions: all combinations of levels."""
 
-    max_hertz_pressure_gpa: q.Levels[q.PressureGpa] = key("Maximum Hertz pressures.")
-    entrainment_speed_m_s: q.Levels[q.SpeedMs] = key("Entrainment speeds.")
-    inlet_temperature_c: q.Levels[q.TemperatureC] = key("Inlet temperatures.")
+    max_hertz_pressure_gpa: q.OneOrMoreDistinct[q.PressureGpa] = key("Maximum Hertz pressures.")
+    entrainment_speed_m_s: q.OneOrMoreDistinct[q.SpeedMs] = key("Entrainment speeds.")
+    inlet_temperature_c: q.OneOrMoreDistinct[q.TemperatureC] = key("Inlet temperatures.")
 
 
 class NearbySettings(Group):

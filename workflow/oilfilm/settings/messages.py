@@ -19,7 +19,7 @@ from pydantic_core import ErrorDetails
 
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.settings.quantities import NAME_PATTERN
-from oilfilm.settings.yaml_file import YamlFile, dotted, leaves, read_yaml
+from oilfilm.settings.yaml_file import YamlFile, dotted_key, leaves, read_yaml
 
 # Where a value is: the keys and list indices that lead to it, from the outermost group inwards.
 KeyPath = tuple[Any, ...]
@@ -85,7 +85,7 @@ def validated_file(
             if what_to_fill_in:
                 advice = f"fill in {what_to_fill_in}."
             raise OilfilmError(
-                f"{location_of(key_path)}, `{dotted(key_path)}`: found nothing; {advice}"
+                f"{location_of(key_path)}, `{dotted_key(key_path)}`: found nothing; {advice}"
             )
     return validated(file.values, model, location_of, file.line_of)
 
@@ -132,7 +132,7 @@ def first_mistake(values: Any, model: Any) -> str:
 
 @cache
 def adapter(model: Any) -> TypeAdapter[Any]:
-    """The validator of a model, built once."""
+    """The pydantic validator (`TypeAdapter`) of a model, built once."""
     return TypeAdapter(model)
 
 
@@ -158,7 +158,7 @@ def _mistakes(error: ValidationError, model: Any) -> Iterator[_Mistake]:
         context = details.get("ctx", {})
         if details["type"] == "contradiction":
             key_path = _without_tags((*details["loc"], *context["at"]), schema)
-            yield _Mistake(key_path, f"`{dotted(key_path)}`: {context['sentence']}")
+            yield _Mistake(key_path, f"`{dotted_key(key_path)}`: {context['sentence']}")
             continue
         yield _mistake(details, schema)
 
@@ -174,7 +174,7 @@ def _mistake(details: ErrorDetails, schema: Mapping[str, Any]) -> _Mistake:
     if error_type.startswith("union_tag"):
         location = (*location, "model")
     key_path = _without_tags(location, schema)
-    group_key = dotted(key_path[:-1])
+    group_key = dotted_key(key_path[:-1])
     under_group = f" under `{group_key}`" if group_key else ""
     input_value = details.get("ctx", {}).get("tag", details["input"])
     if is_key_wrong and error_type == "string_type":
@@ -194,7 +194,7 @@ def _mistake(details: ErrorDetails, schema: Mapping[str, Any]) -> _Mistake:
     expected_text = _expected_text(details, node)
     hint = _hint(input_value, node)
     found_text = f"found {cut(repr(input_value))}, expected {expected_text}."
-    sentence = f"`{dotted(key_path)}`: {found_text}{hint} {meaning}"
+    sentence = f"`{dotted_key(key_path)}`: {found_text}{hint} {meaning}"
     return _Mistake(key_path, sentence.rstrip())
 
 

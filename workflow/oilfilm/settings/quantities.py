@@ -12,38 +12,42 @@ from typing import Annotated, Any, TypeVar
 
 from pydantic import AfterValidator, Field
 
-from oilfilm.settings.base import unexpected
+from oilfilm.settings.base import unexpected_value_error
 
 T = TypeVar("T")
 
 
 def _unit(unit: str) -> dict[str, Any]:
+    """The unit of a quantity as an argument of `Field`."""
     return {"json_schema_extra": {"unit": unit}}
 
 
-def _rising(values: list[Any]) -> list[Any]:
+# Validators: each returns its argument, or raises an error.
+
+
+def _refuse_unless_rising(values: list[Any]) -> list[Any]:
     if any(low >= high for low, high in pairwise(values)):
-        raise unexpected("rising values, the smallest first")
+        raise unexpected_value_error("rising values, the smallest first")
     return values
 
 
-def _not_falling(values: list[Any]) -> list[Any]:
+def _refuse_falling(values: list[Any]) -> list[Any]:
     if any(low > high for low, high in pairwise(values)):
-        raise unexpected("the smaller value first")
+        raise unexpected_value_error("the smaller value first")
     return values
 
 
-def _different(values: list[Any]) -> list[Any]:
+def _refuse_duplicates(values: list[Any]) -> list[Any]:
     if any(value in values[:index] for index, value in enumerate(values)):
-        raise unexpected("each value once")
+        raise unexpected_value_error("each value once")
     return values
 
 
-def _calendar_day(text: str) -> str:
+def _refuse_unless_calendar_day(text: str) -> str:
     with suppress(ValueError):
         if date.fromisoformat(text).isoformat() == text:
             return text
-    raise unexpected("a day of the calendar, such as '2026-01-10'")
+    raise unexpected_value_error("a day of the calendar, such as '2026-01-10'")
 
 
 # ---------------------------------------------------------------- text
@@ -51,27 +55,31 @@ def _calendar_day(text: str) -> str:
 NAME_PATTERN = r"^[A-Za-z0-9_][A-Za-z0-9_.-]*$"
 Name = Annotated[str, Field(pattern=NAME_PATTERN)]  # becomes part of a path
 Text = Annotated[str, Field(min_length=1)]
-Day = Annotated[str, AfterValidator(_calendar_day)]
+Day = Annotated[str, AfterValidator(_refuse_unless_calendar_day)]
 WebAddress = Annotated[str, Field(pattern=r"^https?://[^\s<>\"{}|\\^`]+$")]
 
 # ---------------------------------------------------------------- lists
 
 # One item or more.
-Filled = Annotated[list[T], Field(min_length=1)]
+OneOrMore = Annotated[list[T], Field(min_length=1)]
 # One item or more, all different.
-Levels = Annotated[Filled[T], AfterValidator(_different)]
+OneOrMoreDistinct = Annotated[OneOrMore[T], AfterValidator(_refuse_duplicates)]
 # Two items or more, all different.
-Several = Annotated[Levels[T], Field(min_length=2)]
-# Levels of the rows of panels in a figure.
-Rows = Annotated[Levels[T], Field(max_length=5)]
+TwoOrMoreDistinct = Annotated[OneOrMoreDistinct[T], Field(min_length=2)]
+# One to five items, all different: each has a row of panels in a figure.
+UpToFiveDistinct = Annotated[OneOrMoreDistinct[T], Field(max_length=5)]
 # Any number of items, all different.
-Unique = Annotated[list[T], AfterValidator(_different)]
+AnyNumberDistinct = Annotated[list[T], AfterValidator(_refuse_duplicates)]
 # One number or more, each larger than the one before.
-Rising = Annotated[Filled[T], AfterValidator(_rising)]
-# Lower and upper end of a range.
-Band = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_rising)]
-# Lower and upper end of a range. Both may be equal, where the value is known.
-Span = Annotated[list[T], Field(min_length=2, max_length=2), AfterValidator(_not_falling)]
+OneOrMoreRising = Annotated[OneOrMore[T], AfterValidator(_refuse_unless_rising)]
+# Lower and upper end of a range, which differ.
+RisingPair = Annotated[
+    list[T], Field(min_length=2, max_length=2), AfterValidator(_refuse_unless_rising)
+]
+# Lower and upper end of a range. They may be equal, where the value is known.
+NotFallingPair = Annotated[
+    list[T], Field(min_length=2, max_length=2), AfterValidator(_refuse_falling)
+]
 
 # ---------------------------------------------------------------- numbers without unit
 
@@ -98,7 +106,7 @@ LevelCount = Annotated[int, Field(ge=2, le=1000)]
 LambdaRatio = Annotated[float, Field(ge=0, le=100, **_unit("1"))]
 Gamma = Annotated[float, Field(gt=-1, lt=1, **_unit("1"))]  # of a bearing: D cos(alpha)/dm
 PoissonRatio = Annotated[float, Field(ge=0, le=0.5, **_unit("1"))]
-Slips = Annotated[Rising[SlideRollRatio], Field(max_length=50)]
+Slips = Annotated[OneOrMoreRising[SlideRollRatio], Field(max_length=50)]
 # groove radius over ball diameter
 GrooveCurvature = Annotated[float, Field(gt=0.5, le=1, **_unit("1"))]
 

@@ -9,8 +9,8 @@ from oilfilm.settings.base import Group, key_error_at
 _RANGE_SUFFIX = "_range"
 
 
-def with_range(group: Group, key_name: str, factor: float = 1.0) -> UncertainInput:
-    """The value of a key and its range.
+def uncertain_input(group: Group, key_name: str, factor: float = 1.0) -> UncertainInput:
+    """The value of a key and its range, as an uncertain input.
 
     Args:
         group: Group of keys that has the key and its range.
@@ -21,7 +21,7 @@ def with_range(group: Group, key_name: str, factor: float = 1.0) -> UncertainInp
     return UncertainInput(getattr(group, key_name), low, high).scaled(factor)
 
 
-def uncertain_in_all_bearings(bearing_settings: Group) -> dict[str, UncertainInput]:
+def uncertain_inputs_of_all_bearings(bearing_settings: Group) -> dict[str, UncertainInput]:
     """Value and range of the uncertain inputs that are settings of all bearings.
 
     Args:
@@ -29,10 +29,10 @@ def uncertain_in_all_bearings(bearing_settings: Group) -> dict[str, UncertainInp
             reruns no rule, so that its inputs are made here.
     """
     key_names = ("oil_volume_fraction", "replenishment_constant", "ellipse_factor")
-    return {key_name: with_range(bearing_settings, key_name) for key_name in key_names}
+    return {key_name: uncertain_input(bearing_settings, key_name) for key_name in key_names}
 
 
-def check_ranges(group: Group, *key_path: str) -> None:
+def refuse_outside_ranges(group: Group, *key_path: str) -> None:
     """Refuse values outside their ranges.
 
     Args:
@@ -46,7 +46,7 @@ def check_ranges(group: Group, *key_path: str) -> None:
         if not range_name.endswith(_RANGE_SUFFIX):
             continue
         key_name = range_name.removesuffix(_RANGE_SUFFIX)
-        value, low, high = with_range(group, key_name)
+        value, low, high = uncertain_input(group, key_name)
         if not low <= value <= high:
             raise key_error_at(
                 (*key_path, key_name),

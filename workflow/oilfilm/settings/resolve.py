@@ -28,7 +28,7 @@ from oilfilm.settings.config import Config, ConfigKeys
 from oilfilm.settings.messages import KeyPath, validated, validated_file
 from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
-from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted, leaves, read_yaml
+from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted_key, leaves, read_yaml
 
 # In bytes. A file system takes 255; a release and the exports append to names.
 _MAX_NAME_BYTES = 100
@@ -36,7 +36,9 @@ _NAME_PATTERN = re.compile(r"[\w-][\w.-]*")
 _MODEL_BY_KIND: dict[str, Any] = {"rig": Rig, "oil": OilFile, "bearing": BearingFile}
 
 
-def resolve_given(config: Mapping[str, Any], typed_values: Mapping[str, Any]) -> Settings:
+def resolve_snakemake_config(
+    config: Mapping[str, Any], typed_values: Mapping[str, Any]
+) -> Settings:
     """The settings of a workflow, from the configuration that Snakemake passes to it.
 
     As a module of another workflow it may get a section of that workflow's configuration. This
@@ -89,7 +91,7 @@ def resolve(
     merged_config = _merged_config(config_file, settings_file_by_study, campaign_file, typed_values)
 
     def content_by_name(kind: str, names: list[str], *key_path: str) -> dict[str, Any]:
-        listed_at = f"{campaign_file.location_of(key_path)}, `{dotted(key_path)}`"
+        listed_at = f"{campaign_file.location_of(key_path)}, `{dotted_key(key_path)}`"
         return {name: named_content(folder, kind, name, listed_at) for name in names}
 
     oils = content_by_name("oil", campaign.oils, "oils")
@@ -119,12 +121,12 @@ def resolve(
     )
     for key_path, sentence in chain(_names_shared_by_two_oils(settings), _contradictions(settings)):
         raise OilfilmError(f"{campaign_file.location_of(key_path)}: {sentence}")
-    _check_oils(folder, settings)
+    _refuse_implausible_oils(folder, settings)
     return settings
 
 
-def _check_oils(folder: Path, settings: Settings) -> None:
-    """Check the oils over the temperatures of the campaign and of its bearing.
+def _refuse_implausible_oils(folder: Path, settings: Settings) -> None:
+    """Refuse oils that are impossible at a temperature of the campaign or of its bearing.
 
     Raises:
         OilfilmError: An oil has a property there that no oil has.
@@ -138,8 +140,8 @@ def _check_oils(folder: Path, settings: Settings) -> None:
         for key_path, sentence in oil.faults(low_c, high_c) if oil else ():
             oil_file = _named_yaml_file(folder, "oil", oil_id, "oils")
             raise OilfilmError(
-                f"{oil_file.location_of(key_path)}, `{dotted(key_path)}`: {sentence} The campaign "
-                f"uses the oil from {low_c:g} to {high_c:g} degC."
+                f"{oil_file.location_of(key_path)}, `{dotted_key(key_path)}`: {sentence} "
+                f"The campaign uses the oil from {low_c:g} to {high_c:g} degC."
             )
 
 
@@ -186,13 +188,13 @@ def _config_file(folder: Path, section: Mapping[str, Any] | None = None) -> Yaml
     return replace(project_file, values=merge(shipped_file.values, project_file.values))
 
 
-def unresolve(settings: Settings) -> dict[str, str]:
-    """The files of a configuration folder with these settings; `resolve` is the inverse.
+def config_files_of(settings: Settings) -> dict[str, str]:
+    """The files of a configuration folder with these settings; `resolve` reads them back.
 
     Returns:
         The text of each file by its path below the folder.
     """
-    config_values = settings.plain()
+    config_values = settings.plain_values()
     campaign_values = dict(config_values["campaign"])
     campaign_name = campaign_values.pop("name")
     config_values["campaign"] = campaign_name
@@ -319,16 +321,16 @@ def _merged_config(
     merged_config: Config = validated_file(
         replace(config_file, values=merged_values), Config, location_of
     )
-    _check_studies(merged_config, settings_file_by_study, location_of)
+    _refuse_wrong_study_settings(merged_config, settings_file_by_study, location_of)
     return merged_config
 
 
-def _check_studies(
+def _refuse_wrong_study_settings(
     merged_config: Config,
     settings_file_by_study: Mapping[str, YamlFile],
     location_of: Callable[[KeyPath], str],
 ) -> None:
-    """Check the settings of studies by the models of their packages.
+    """Refuse settings of studies that the models of their packages do not allow.
 
     Raises:
         OilfilmError: There is no such study, or its settings have a mistake.

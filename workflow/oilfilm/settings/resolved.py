@@ -24,7 +24,7 @@ _KEYS_WITHOUT_EFFECT = {"split", "container"}
 
 
 class Settings(ConfigKeys):
-    """Settings of one campaign's run, or the parts of them that a rule lists.
+    """Settings of one campaign's run, or the keys of them that a rule lists.
 
     Attributes mirror the keys of config/config.yaml: `settings.gates.lambda_limit`. A key that a
     rule does not list is no attribute, even where it has a default. Otherwise a result could depend
@@ -40,7 +40,7 @@ class Settings(ConfigKeys):
     container: str = key("Image for the steps with --sdm apptainer.", default="none")
 
     @classmethod
-    def of(cls, plain_values: Mapping[str, Any]) -> Self:
+    def from_plain_values(cls, plain_values: Mapping[str, Any]) -> Self:
         """Settings from their plain values: all of them, or the part that a rule lists.
 
         Raises:
@@ -55,11 +55,11 @@ class Settings(ConfigKeys):
             listed_values["campaign"] = _group_of_listed_keys(Campaign, plain_values["campaign"])
         return _group_of_listed_keys(cls, listed_values)
 
-    def plain(self) -> dict[str, Any]:
+    def plain_values(self) -> dict[str, Any]:
         """Plain values, as in JSON and in Snakemake's params."""
         return self.model_dump(mode="json", exclude_unset=True, exclude=_KEYS_WITHOUT_EFFECT)
 
-    def part(self, *keys: str, campaign: Iterable[str] = ()) -> dict[str, Any]:
+    def plain_part(self, *keys: str, campaign: Iterable[str] = ()) -> dict[str, Any]:
         """Plain values of the settings that a rule's results depend on.
 
         Args:
@@ -72,8 +72,8 @@ class Settings(ConfigKeys):
             mode="json", exclude_unset=True, include=campaign_keys
         )
         values_with_defaults = self.campaign.model_dump(mode="json", include=campaign_keys)
-        # a listed key needs a value, or `of` gives it no attribute; in nested groups `of` adds the
-        # defaults, so that these groups are kept as they are written
+        # a listed key needs a value, or `from_plain_values` gives it no attribute. In nested groups
+        # it adds the defaults, so that these groups are kept as they are written
         campaign_values = values_with_defaults | written_values
         setting_values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
         listed_values = {
@@ -88,8 +88,8 @@ class Settings(ConfigKeys):
         oil_file = self.oils[oil_id]
         return None if oil_file is None else oil_file.properties()
 
-    def known_oil(self, oil_id: str) -> Oil:
-        """An oil with its property formulas.
+    def oil_with_properties(self, oil_id: str) -> Oil:
+        """An oil with its property formulas, which must be known.
 
         Raises:
             OilfilmError: Its properties are not known.
@@ -128,7 +128,7 @@ class Settings(ConfigKeys):
         bearing_name = required_value(self.campaign.torque, "torque", "the campaign").bearing
         return self.bearings[bearing_name].bearing(bearing_name)
 
-    def of_study(self, study_name: str, model: type[_GroupT]) -> _GroupT:
+    def study_settings(self, study_name: str, model: type[_GroupT]) -> _GroupT:
         """The settings of a study of the campaign.
 
         Args:
@@ -142,7 +142,7 @@ class Settings(ConfigKeys):
 
     def with_changes(self, changes: Mapping[str, Any]) -> Self:
         """The settings with some keys changed, for a trial: `{"fit": {"bootstrap": 20}}`."""
-        return type(self).of(merge(self.plain(), changes))
+        return type(self).from_plain_values(merge(self.plain_values(), changes))
 
 
 def _group_of_listed_keys(model: type[_GroupT], plain_values: Mapping[str, Any]) -> _GroupT:

@@ -21,8 +21,8 @@ from oilfilm.physics import oils, plausible_oil
 from oilfilm.physics.contact import Contact, combined_roughness, reduced_modulus, rq_from_ra
 from oilfilm.physics.plausible_oil import STANDARD_RANGE_C
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, key, key_error_at, optional, unexpected
-from oilfilm.settings.ranges import check_ranges, with_range
+from oilfilm.settings.base import Group, key, key_error_at, optional, unexpected_value_error
+from oilfilm.settings.ranges import refuse_outside_ranges, uncertain_input
 
 # Ranges that rigs usually have: glass; steels, ceramics and hard metals.
 _USUAL_MODULI_PA = ((6e10, 9.5e10), (1.9e11, 7.2e11))
@@ -53,7 +53,7 @@ class FullScale(Group):
     traction_force_n: q.LoadN = key("Traction force.")
     surface_speed_m_s: q.SpeedMs = key("Surface speed.")
     temperature_c: float = key("Temperature.", unit="degC", gt=0, le=2000)
-    assumed: q.Unique[q.Name] = key(
+    assumed: q.AnyNumberDistinct[q.Name] = key(
         "Those of these keys whose values are not known. They bound no test of `oilfilm plan`.",
         default=[],
     )
@@ -112,7 +112,7 @@ class Rig(Group):
     torque_arm_m: q.TrackRadiusM | None = optional(
         "Lever arm of a logged traction torque: the force is torque over arm."
     )
-    force_lag_s_range: q.Span[q.DurationOrZeroS] | None = optional(
+    force_lag_s_range: q.NotFallingPair[q.DurationOrZeroS] | None = optional(
         "Time by which the traction force is logged behind the slip, for ramps; two equal numbers "
         "where it is known."
     )
@@ -186,16 +186,12 @@ def _rq_m(ra_um: float | None, rq_um: float | None) -> float:
     return math.nan
 
 
+# ---------------------------------------------------------------- bearings
+
 _M3_S_PER_L_MIN = 1e-3 / 60
-
-
 # Inputs of a bearing whose flow of oil is not known.
 _UNKNOWN_INPUT = UncertainInput(math.nan, math.nan, math.nan)
 _UNKNOWN_FEED_INPUTS = {"feed_flow_m3_s": _UNKNOWN_INPUT, "momentum_share": _UNKNOWN_INPUT}
-
-# ---------------------------------------------------------------- bearings
-
-
 # Of bearing steel.
 _STEEL_DENSITY_KG_M3 = 7833.0
 _STEEL_EXPANSION_1_K = 12e-6
@@ -243,32 +239,32 @@ class MountingKeys(Group):
     shaft_bore_ratio: q.HollowShaftRatio = key(
         "Bore of the shaft over the inner groove's diameter."
     )
-    shaft_bore_ratio_range: q.Band[q.HollowShaftRatio] = key("Its range.")
+    shaft_bore_ratio_range: q.RisingPair[q.HollowShaftRatio] = key("Its range.")
     shaft_interference_um: q.InterferenceUm = key("Of ring and shaft before mounting, on diameter.")
-    shaft_interference_um_range: q.Band[q.InterferenceUm] = key("Its range.")
+    shaft_interference_um_range: q.RisingPair[q.InterferenceUm] = key("Its range.")
     housing_interference_um: q.FitUm = key("Of ring and housing, on diameter; below 0 a clearance.")
-    housing_interference_um_range: q.Band[q.FitUm] = key("Its range.")
+    housing_interference_um_range: q.RisingPair[q.FitUm] = key("Its range.")
     ring_temperature_difference_k: q.TemperatureDifferenceK = key(
         "Inner less outer ring. The outer ring has the temperature of the oil."
     )
-    ring_temperature_difference_k_range: q.Band[q.TemperatureDifferenceK] = key("Its range.")
+    ring_temperature_difference_k_range: q.RisingPair[q.TemperatureDifferenceK] = key("Its range.")
     ball_temperature_difference_k: q.TemperatureDifferenceK = key("Balls less mean of both rings.")
-    ball_temperature_difference_k_range: q.Band[q.TemperatureDifferenceK] = key("Its range.")
+    ball_temperature_difference_k_range: q.RisingPair[q.TemperatureDifferenceK] = key("Its range.")
 
     @model_validator(mode="after")
     def _values_are_in_their_ranges(self) -> Self:
-        check_ranges(self)
+        refuse_outside_ranges(self)
         return self
 
     def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs, with interferences on the radius in m."""
         on_radius = M_PER_UM / 2
         return {
-            "shaft_bore_ratio": with_range(self, "shaft_bore_ratio"),
-            "shaft_interference_m": with_range(self, "shaft_interference_um", on_radius),
-            "housing_interference_m": with_range(self, "housing_interference_um", on_radius),
-            "ring_temperature_difference_k": with_range(self, "ring_temperature_difference_k"),
-            "ball_temperature_difference_k": with_range(self, "ball_temperature_difference_k"),
+            "shaft_bore_ratio": uncertain_input(self, "shaft_bore_ratio"),
+            "shaft_interference_m": uncertain_input(self, "shaft_interference_um", on_radius),
+            "housing_interference_m": uncertain_input(self, "housing_interference_um", on_radius),
+            "ring_temperature_difference_k": uncertain_input(self, "ring_temperature_difference_k"),
+            "ball_temperature_difference_k": uncertain_input(self, "ball_temperature_difference_k"),
         }
 
 
@@ -286,24 +282,24 @@ class OilSupplyKeys(Group):
     """The oil that is fed to the bearing: its momentum, and its cooling."""
 
     flow_l_min: float = key("Flow at the inlet temperature.", unit="L/min", gt=0, le=1000)
-    flow_l_min_range: q.Band[q.FlowLMin] = key("Its range.")
+    flow_l_min_range: q.RisingPair[q.FlowLMin] = key("Its range.")
     momentum_share: q.Share = key(
         "Share of the flow that leaves the inner ring with the ring's speed. 1 is an upper bound."
     )
-    momentum_share_range: q.Band[q.Share] = key("Its range.")
+    momentum_share_range: q.RisingPair[q.Share] = key("Its range.")
     heat_share: q.Share = key("Share of friction heat that the oil, not shaft or housing, takes.")
     outlet_weight: q.Share = key("Oil of the contacts: 0 inlet, 1 outlet temperature.", default=0.5)
 
     @model_validator(mode="after")
     def _values_are_in_their_ranges(self) -> Self:
-        check_ranges(self)
+        refuse_outside_ranges(self)
         return self
 
     def uncertain_inputs(self) -> dict[str, UncertainInput]:
         """Value and range of the uncertain inputs."""
         return {
-            "feed_flow_m3_s": with_range(self, "flow_l_min", _M3_S_PER_L_MIN),
-            "momentum_share": with_range(self, "momentum_share"),
+            "feed_flow_m3_s": uncertain_input(self, "flow_l_min", _M3_S_PER_L_MIN),
+            "momentum_share": uncertain_input(self, "momentum_share"),
         }
 
     def supply(self) -> OilSupply:
@@ -316,7 +312,9 @@ class BearingFile(Group):
 
     name: q.Text = key("What it is.")
     source: q.Text = key("Where the values come from.")
-    assumed: q.Unique[q.Name] = key("Keys whose values the source does not give.", default=[])
+    assumed: q.AnyNumberDistinct[q.Name] = key(
+        "Keys whose values the source does not give.", default=[]
+    )
     ball_diameter_m: q.LengthM = key("Diameter of a ball.")
     pitch_diameter_m: q.LengthM = key("Diameter of the circle of ball centres.")
     ball_count: int = key("Number of balls.", ge=3)
@@ -453,6 +451,8 @@ class BearingFile(Group):
         )
 
 
+# ---------------------------------------------------------------- oils
+
 _CST_PER_M2_S = 1e6
 # Kinematic viscosity of the thinnest oil, at any temperature of use, in cSt.
 _MIN_VISCOSITY_CST = 0.5
@@ -460,11 +460,11 @@ _MIN_VISCOSITY_CST = 0.5
 _PRESSURE_VISCOSITY_RANGE_1_GPA = (5, 50)
 # Largest relative difference of the viscosity from the nominal one.
 _VISCOSITY_TOLERANCE = 0.05
+# The same for a stand-in, which has the properties of another oil of about the same grade.
+_STAND_IN_TOLERANCE = 0.25
 # Least distance of two temperatures of measured viscosity. Nearer rows carry their rounding, 0.5 %,
 # into the slope: 3 % of it over 10 K.
-_MIN_DISTANCE_K = 10.0
-# The same of a stand-in, which has the properties of another oil of about the same grade.
-_STAND_IN_TOLERANCE = 0.25
+_MIN_STEP_K = 10.0
 
 T = TypeVar("T")
 
@@ -473,7 +473,7 @@ def _temperatures_differ(rows: list[tuple[float, float]]) -> list[tuple[float, f
     """Validator of rows of [temperature, value]: no temperature is there twice."""
     temperatures = [temperature_k for temperature_k, _ in rows]
     if len(set(temperatures)) < len(temperatures):
-        raise unexpected("each temperature once")
+        raise unexpected_value_error("each temperature once")
     return rows
 
 
@@ -558,9 +558,9 @@ class MeasuredViscosity(Group):
                     f"{found_text}; expected a viscosity that falls with temperature. Two "
                     "viscosities or temperatures may be swapped or mistyped."
                 )
-            elif hotter_k - colder_k < _MIN_DISTANCE_K:
+            elif hotter_k - colder_k < _MIN_STEP_K:
                 sentence = (
-                    f"{found_text}; expected temperatures at least {_MIN_DISTANCE_K:g} K apart, or "
+                    f"{found_text}; expected temperatures at least {_MIN_STEP_K:g} K apart, or "
                     "the rounding of the viscosities decides the curve. Take rows further apart."
                 )
             if sentence:
@@ -664,7 +664,7 @@ class OilKeys(Group):
         return self
 
     def faults(self, low_c: float, high_c: float) -> Iterator[tuple[tuple[str, ...], str]]:
-        """What no oil does, one item per fault: the key to blame, and a sentence.
+        """Properties that no oil has, one item per fault: the key to blame, and a sentence.
 
         Args:
             low_c: Lowest temperature of use, in degC. The rows of viscosity and density widen the
@@ -672,23 +672,26 @@ class OilKeys(Group):
             high_c: Highest temperature of use, in degC.
         """
         temperatures_c = [low_c, high_c]
-        for rows in self.rows_of_use():
+        for rows in self.property_tables_of_use():
             temperatures_c += [temperature_k + ABSOLUTE_ZERO_C for temperature_k, _ in rows]
         oil = self.properties()
         for fault in plausible_oil.impossible_properties(
             oil, min(temperatures_c), max(temperatures_c)
         ):
-            yield self.keys_of[fault.quantity], f"{fault.sentence} Check the numbers and the units."
+            yield (
+                self.key_path_by_property[fault.quantity],
+                f"{fault.sentence} Check the numbers and the units.",
+            )
 
-    # Keys to blame for a property.
-    keys_of: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
+    # Path of the key to blame for a property.
+    key_path_by_property: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
         "viscosity": ("coefficients",),
         "pressure_viscosity": ("coefficients",),
         "density": ("density_kg_m3",),
     }
 
-    def rows_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
-        """Tables whose rows of [K, value] have temperatures of use."""
+    def property_tables_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
+        """Tables whose rows of [K, value] are at temperatures at which the oil is used."""
         yield self.density_kg_m3
 
     def doubts(self) -> Iterator[str]:
@@ -751,13 +754,13 @@ class MeasuredOil(OilKeys):
     coefficients: MeasuredViscosity = key("Viscosities of the data sheet.")
     pressure_viscosity: PressureViscosity = key("Pressure-viscosity coefficient.")
 
-    keys_of: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
+    key_path_by_property: ClassVar[dict[plausible_oil.OilProperty, tuple[str, ...]]] = {
         "viscosity": ("coefficients", "kinematic_viscosity_cst"),
         "pressure_viscosity": ("pressure_viscosity",),
         "density": ("density_kg_m3",),
     }
 
-    def rows_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
+    def property_tables_of_use(self) -> Iterator[Sequence[tuple[float, float]]]:
         """See `OilKeys`."""
         yield self.density_kg_m3
         yield self.coefficients.kinematic_viscosity_cst

@@ -78,7 +78,7 @@ def read_yaml(path: Path) -> YamlFile:
             alias or a tag, or has no keys.
     """
     try:
-        node = _composed(_text_of_file(path), path)
+        node = _checked_node(_text_of_file(path), path)
         if not isinstance(node, yaml.MappingNode):
             raise OilfilmError(f"{path}: found no keys; expected `key: value` lines.")
         return YamlFile(path, _plain_value(node, path), node)
@@ -117,13 +117,13 @@ def leaves(value: object, key_path: tuple[object, ...] = ()) -> Iterator[tuple[A
         yield key_path, value
 
 
-def dotted(key_path: Sequence[object]) -> str:
+def dotted_key(key_path: Sequence[object]) -> str:
     """A key in the form of messages: gates.lambda_limit."""
     return ".".join(map(str, key_path))
 
 
-def _composed(text: str, path: Path) -> yaml.Node | None:
-    """The top node of a text, after a check that it can be read safely."""
+def _checked_node(text: str, path: Path) -> yaml.Node | None:
+    """The top node of a text that can be read safely; any other text is refused."""
     level = 0
     for event in yaml.parse(text, Loader=_LOADER):
         # with aliases a small file can become gigabytes

@@ -24,73 +24,79 @@ import numpy as np
 import scipy.linalg
 
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.effects import EFFECTS
-from oilfilm.surface.posterior import NystromPosterior, spread_out
+from oilfilm.surface.effects import EFFECT_NAMES
+from oilfilm.surface.posterior import NystromPosterior, farthest_point_selection
 from oilfilm.surface.reml import CurveCovariance
-from oilfilm.surface.surface import LARGEST_DENSE
+from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT
 
-# Number of conditions that stand for all in a large campaign.
+# Number of representative conditions of a large campaign (inducing points).
 _INDUCING_CONDITIONS = 40
-# Variances that are tried, over the variance in the fit.
+# Variances that are tried, over the variance that was fitted.
 _VARIANCE_RATIOS = np.geomspace(1e-3, 1e3, 31)
-# Index of the variance in the fit among them.
-INDEX_OF_FIT = 15
-# Standard deviation of the logarithm of the standard deviation of an effect, before the data.
-_LN_SD = 0.6
+# Index of the fitted variance among them.
+FIT_VARIANCE_INDEX = 15
+# Prior standard deviation of the logarithm of the standard deviation of an effect.
+_PRIOR_LN_SD = 0.6
 # Curves whose features are weighted at once.
 _CURVES_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
-class Information:
-    """q and W of the effects of one kind, at one variance: what the points say of them.
+class EffectInformation:
+    """What the points say of the effects of one kind, at one variance: q and W.
 
-    W = diag(unshared) + sign root root'.
+    W = diag(uncoupled_diagonal) + coupling_sign coupling_root coupling_root'.
 
     Attributes:
-        pull: q, shape (curves,).
-        unshared: Diagonal of the part of W that does not couple the runs, shape (curves,).
-        root: Root of the part of W that couples the runs, shape (curves, any number of columns).
-        sign: Sign of the latter part, 1 or -1.
+        vector: q, the information vector, shape (curves,).
+        uncoupled_diagonal: Diagonal of the part of W that does not couple the runs, shape
+            (curves,).
+        coupling_root: Root of the part of W that couples the runs, shape (curves, any number of
+            columns).
+        coupling_sign: Sign of this part, 1 or -1.
     """
 
-    pull: FloatArray
-    unshared: FloatArray
-    root: FloatArray
-    sign: float
+    vector: FloatArray
+    uncoupled_diagonal: FloatArray
+    coupling_root: FloatArray
+    coupling_sign: float
 
-    def products(self, patterns: FloatArray, other_patterns: FloatArray) -> FloatArray:
+    def bilinear_forms(self, patterns: FloatArray, other_patterns: FloatArray) -> FloatArray:
         """p' W r of each pair of a pattern p and another pattern r, shape (patterns,).
 
         Args:
             patterns: One pattern p per column, shape (curves, patterns).
             other_patterns: One pattern r per column, shape (curves, patterns).
         """
-        shared = np.sum((self.root.T @ patterns) * (self.root.T @ other_patterns), axis=0)
-        return self.unshared @ (patterns * other_patterns) + self.sign * shared
+        root = self.coupling_root
+        coupled_part = np.sum((root.T @ patterns) * (root.T @ other_patterns), axis=0)
+        uncoupled_part = self.uncoupled_diagonal @ (patterns * other_patterns)
+        return uncoupled_part + self.coupling_sign * coupled_part
 
-    def times(self, columns: FloatArray) -> FloatArray:
+    def matrix_times(self, columns: FloatArray) -> FloatArray:
         """W times columns, shape (curves, ...)."""
-        unshared_term = (self.unshared * columns.T).T
-        return np.asarray(unshared_term + self.sign * (self.root @ (self.root.T @ columns)))
+        uncoupled_part = (self.uncoupled_diagonal * columns.T).T
+        coupled_part = self.coupling_root @ (self.coupling_root.T @ columns)
+        return np.asarray(uncoupled_part + self.coupling_sign * coupled_part)
 
     def diagonal(self) -> FloatArray:
         """Diagonal of W, shape (curves,)."""
         # without an array of squares: in large campaigns the root is the largest array
-        return self.unshared + self.sign * np.einsum("ij,ij->i", self.root, self.root)
+        squares_of_rows = np.einsum("ij,ij->i", self.coupling_root, self.coupling_root)
+        return self.uncoupled_diagonal + self.coupling_sign * squares_of_rows
 
 
 class EffectLikelihood(Protocol):
     """Likelihood of the effects of one kind."""
 
-    def twice_ln_likelihood_of_steady_runs(self) -> FloatArray:
+    def twice_ln_steady_likelihoods(self) -> FloatArray:
         """Twice the logarithm of the likelihood without a change at each variance.
 
         It is known up to a constant, and includes the prior of the variance. Shape (variances,).
         """
         ...
 
-    def information(self, variance_index: int) -> Information:
+    def information(self, variance_index: int) -> EffectInformation:
         """What the points say of the effects at one of the variances."""
         ...
 
@@ -100,40 +106,40 @@ def effect_likelihood(covariance: CurveCovariance, effect_name: str) -> EffectLi
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECT_NAMES`.
     """
-    if len(covariance.curves.conditions) > LARGEST_DENSE:
-        return _LowRank.from_covariance(covariance, effect_name)
-    return _Dense.from_covariance(covariance, effect_name)
+    if len(covariance.curves.conditions) > LARGEST_EXACT_CURVE_COUNT:
+        return _LowRankLikelihood.from_covariance(covariance, effect_name)
+    return _DenseLikelihood.from_covariance(covariance, effect_name)
 
 
-def _log_prior_density() -> FloatArray:
-    """Twice the logarithm of the density of each variance before the data, shape (variances,)."""
-    return -((np.log(_VARIANCE_RATIOS) / 2 / _LN_SD) ** 2)
+def _twice_ln_prior_density() -> FloatArray:
+    """Twice the logarithm of the prior density of each variance, shape (variances,)."""
+    return -((np.log(_VARIANCE_RATIOS) / 2 / _PRIOR_LN_SD) ** 2)
 
 
 @dataclass(frozen=True)
-class _Dense:
-    """The exact likelihood from eigenvalues, for at most `LARGEST_DENSE` curves.
+class _DenseLikelihood:
+    """The exact likelihood from eigenvalues, for at most `LARGEST_EXACT_CURVE_COUNT` curves.
 
     Attributes:
         eigenvalues: Eigenvalues of W at the variance 0, shape (curves,).
         eigenvectors: Its eigenvectors, one per column, shape (curves, curves).
-        pull_of_eigenvectors: q along the eigenvectors, shape (curves,).
-        expected_variance: Variance of an effect in the fit.
+        vector_along_eigenvectors: q along the eigenvectors, shape (curves,).
+        fitted_variance: Variance of the effects in the fit.
     """
 
     eigenvalues: FloatArray
     eigenvectors: FloatArray
-    pull_of_eigenvectors: FloatArray
-    expected_variance: float
+    vector_along_eigenvectors: FloatArray
+    fitted_variance: float
 
     @classmethod
-    def from_covariance(cls, covariance: CurveCovariance, effect_name: str) -> "_Dense":
+    def from_covariance(cls, covariance: CurveCovariance, effect_name: str) -> "_DenseLikelihood":
         """The likelihood of one effect."""
-        effect_index = EFFECTS.index(effect_name)
+        effect_index = EFFECT_NAMES.index(effect_name)
         sizes = covariance.sizes.effects.copy()
-        expected_variance = float(sizes[effect_index] ** 2)
+        fitted_variance = float(sizes[effect_index] ** 2)
         sizes[effect_index] = 0.0
         without_effect = replace(covariance, sizes=replace(covariance.sizes, effects=sizes))
         curves = covariance.curves
@@ -142,69 +148,69 @@ class _Dense:
         whitened_design = scipy.linalg.solve_triangular(factor, design, lower=True)
         whitened_departure = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
         eigenvalues, eigenvectors = scipy.linalg.eigh(whitened_design.T @ whitened_design)
-        pull = eigenvectors.T @ (whitened_design.T @ whitened_departure)
-        return cls(np.maximum(eigenvalues, 0.0), eigenvectors, pull, expected_variance)
+        vector = eigenvectors.T @ (whitened_design.T @ whitened_departure)
+        return cls(np.maximum(eigenvalues, 0.0), eigenvectors, vector, fitted_variance)
 
-    def twice_ln_likelihood_of_steady_runs(self) -> FloatArray:
+    def twice_ln_steady_likelihoods(self) -> FloatArray:
         """See `EffectLikelihood`."""
-        variances = self.expected_variance * _VARIANCE_RATIOS
+        variances = self.fitted_variance * _VARIANCE_RATIOS
         shrinkage = 1 / (1 + np.outer(variances, self.eigenvalues))
-        explained_squares = variances[:, np.newaxis] * shrinkage * self.pull_of_eigenvectors**2
-        return np.sum(explained_squares + np.log(shrinkage), axis=1) + _log_prior_density()
+        explained_squares = variances[:, np.newaxis] * shrinkage * self.vector_along_eigenvectors**2
+        return np.sum(explained_squares + np.log(shrinkage), axis=1) + _twice_ln_prior_density()
 
-    def information(self, variance_index: int) -> Information:
+    def information(self, variance_index: int) -> EffectInformation:
         """See `EffectLikelihood`."""
         shrinkage = 1 / (
-            1 + self.expected_variance * _VARIANCE_RATIOS[variance_index] * self.eigenvalues
+            1 + self.fitted_variance * _VARIANCE_RATIOS[variance_index] * self.eigenvalues
         )
-        return Information(
-            pull=self.eigenvectors @ (shrinkage * self.pull_of_eigenvectors),
-            unshared=np.zeros(len(self.eigenvalues)),
-            root=self.eigenvectors * np.sqrt(shrinkage * self.eigenvalues),
-            sign=1.0,
+        return EffectInformation(
+            vector=self.eigenvectors @ (shrinkage * self.vector_along_eigenvectors),
+            uncoupled_diagonal=np.zeros(len(self.eigenvalues)),
+            coupling_root=self.eigenvectors * np.sqrt(shrinkage * self.eigenvalues),
+            coupling_sign=1.0,
         )
 
 
 @dataclass(frozen=True)
-class _LowRank:
+class _LowRankLikelihood:
     """The likelihood from features of a few conditions, for many curves.
 
-    The covariance of a curve is D + F F', with D for what only its points share. All sums are with
-    the variance of the fit; another variance changes D by a matrix of rank one per curve.
+    The covariance of a curve is D + F F', with D for what only its points share. All attributes are
+    for the fitted variance; another variance changes D by a matrix of rank one per curve.
 
     Attributes:
         design_squares: z' D^-1 z of each curve, with its column z of the design, shape (curves,).
-        design_pull: z' D^-1 y of each curve, shape (curves,).
+        design_departure: z' D^-1 y of each curve, shape (curves,).
         design_features: z' D^-1 F of each curve, shape (curves, features).
         precision: 1 + F' D^-1 F of all curves, shape (features, features).
-        feature_pull: F' D^-1 y of all curves, shape (features,).
-        expected_variance: Variance of an effect in the fit.
+        feature_departure: F' D^-1 y of all curves, shape (features,).
+        fitted_variance: Variance of the effects in the fit.
     """
 
     design_squares: FloatArray
-    design_pull: FloatArray
+    design_departure: FloatArray
     design_features: FloatArray
     precision: FloatArray
-    feature_pull: FloatArray
-    expected_variance: float
+    feature_departure: FloatArray
+    fitted_variance: float
 
     @classmethod
-    def from_covariance(cls, covariance: CurveCovariance, effect_name: str) -> "_LowRank":
+    def from_covariance(cls, covariance: CurveCovariance, effect_name: str) -> "_LowRankLikelihood":
         """The likelihood of one effect from the curves of a few conditions.
 
         The features of one effect are the largest array of a campaign: those of all effects are
         never in memory together.
         """
-        effect_index = EFFECTS.index(effect_name)
+        effect_index = EFFECT_NAMES.index(effect_name)
         curves = covariance.curves
-        inducing_curves = spread_out(curves.conditions, _INDUCING_CONDITIONS)
+        inducing_curves = farthest_point_selection(curves.conditions, _INDUCING_CONDITIONS)
         posterior = NystromPosterior(
             covariance, np.flatnonzero(np.isin(curves.curve_of_coordinate, inducing_curves))
         )
         curve_count, feature_count = len(curves.conditions), len(posterior.inducing_indices)
-        design_squares, design_pull = np.zeros((2, curve_count))
+        design_squares, design_departure = np.zeros((2, curve_count))
         design_features = np.zeros((curve_count, feature_count))
-        precision, feature_pull = np.eye(feature_count), np.zeros(feature_count)
+        precision, feature_departure = np.eye(feature_count), np.zeros(feature_count)
         for curve_index, (coordinate_indices, features, factor) in enumerate(
             posterior.features_by_curve()
         ):
@@ -215,76 +221,77 @@ class _LowRank:
             whitened_design = stacked[:, -2]
             whitened_departure = stacked[:, -1]
             precision += whitened_features.T @ whitened_features
-            feature_pull += whitened_features.T @ whitened_departure
+            feature_departure += whitened_features.T @ whitened_departure
             design_squares[curve_index] = whitened_design @ whitened_design
-            design_pull[curve_index] = whitened_design @ whitened_departure
+            design_departure[curve_index] = whitened_design @ whitened_departure
             design_features[curve_index] = whitened_design @ whitened_features
         return cls(
             design_squares=design_squares,
-            design_pull=design_pull,
+            design_departure=design_departure,
             design_features=design_features,
             precision=precision,
-            feature_pull=feature_pull,
-            expected_variance=float(covariance.sizes.effects[effect_index] ** 2),
+            feature_departure=feature_departure,
+            fitted_variance=float(covariance.sizes.effects[effect_index] ** 2),
         )
 
-    def twice_ln_likelihood_of_steady_runs(self) -> FloatArray:
+    def twice_ln_steady_likelihoods(self) -> FloatArray:
         """See `EffectLikelihood`."""
         twice_ln_likelihoods = []
-        for variance in self.expected_variance * _VARIANCE_RATIOS:
-            variance_change, factor, pull = self._features_at(variance)
-            solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
+        for variance in self.fitted_variance * _VARIANCE_RATIOS:
+            variance_change, factor, feature_departure = self._features_at_variance(variance)
+            whitened = scipy.linalg.solve_triangular(factor, feature_departure, lower=True)
+            # factor by which the determinant of D grows, per curve
             growth = 1 + variance_change * self.design_squares
-            log_determinant = np.sum(np.log(growth)) + 2 * np.sum(np.log(np.diag(factor)))
+            ln_determinant = np.sum(np.log(growth)) + 2 * np.sum(np.log(np.diag(factor)))
             twice_ln_likelihoods.append(
-                np.sum(variance_change * self.design_pull**2 / growth)
-                + solved @ solved
-                - log_determinant
+                np.sum(variance_change * self.design_departure**2 / growth)
+                + whitened @ whitened
+                - ln_determinant
             )
-        return np.array(twice_ln_likelihoods) + _log_prior_density()
+        return np.array(twice_ln_likelihoods) + _twice_ln_prior_density()
 
-    def information(self, variance_index: int) -> Information:
+    def information(self, variance_index: int) -> EffectInformation:
         """See `EffectLikelihood`."""
-        variance_change, factor, pull = self._features_at(
-            self.expected_variance * _VARIANCE_RATIOS[variance_index]
+        variance_change, factor, feature_departure = self._features_at_variance(
+            self.fitted_variance * _VARIANCE_RATIOS[variance_index]
         )
         growth = 1 + variance_change * self.design_squares
         features = self.design_features / growth[:, np.newaxis]
-        # in place, as in `diagonal`
+        # in place: in large campaigns the root is the largest array
         root = scipy.linalg.solve_triangular(
             factor, features.T, lower=True, overwrite_b=True, check_finite=False
         ).T
-        solved = scipy.linalg.solve_triangular(factor, pull, lower=True)
-        return Information(
-            pull=self.design_pull / growth - root @ solved,
-            unshared=self.design_squares / growth,
-            root=root,
-            sign=-1.0,
+        whitened = scipy.linalg.solve_triangular(factor, feature_departure, lower=True)
+        return EffectInformation(
+            vector=self.design_departure / growth - root @ whitened,
+            uncoupled_diagonal=self.design_squares / growth,
+            coupling_root=root,
+            coupling_sign=-1.0,
         )
 
-    def _features_at(self, variance: float) -> "_FeaturesAtVariance":
+    def _features_at_variance(self, variance: float) -> "_FeaturesAtVariance":
         """The features with another variance of the effect."""
-        variance_change = variance - self.expected_variance
-        weight = variance_change / (1 + variance_change * self.design_squares)
-        precision, pull = self.precision.copy(), self.feature_pull.copy()
-        for first in range(0, len(weight), _CURVES_AT_ONCE):
-            block = slice(first, first + _CURVES_AT_ONCE)
-            weighted = self.design_features[block] * weight[block, np.newaxis]
-            precision -= self.design_features[block].T @ weighted
-            pull -= weighted.T @ self.design_pull[block]
+        variance_change = variance - self.fitted_variance
+        weight_of_curve = variance_change / (1 + variance_change * self.design_squares)
+        precision, feature_departure = self.precision.copy(), self.feature_departure.copy()
+        for first_curve in range(0, len(weight_of_curve), _CURVES_AT_ONCE):
+            block = slice(first_curve, first_curve + _CURVES_AT_ONCE)
+            weighted_features = self.design_features[block] * weight_of_curve[block, np.newaxis]
+            precision -= self.design_features[block].T @ weighted_features
+            feature_departure -= weighted_features.T @ self.design_departure[block]
         factor = scipy.linalg.cholesky(precision, lower=True)
-        return _FeaturesAtVariance(variance_change, factor, pull)
+        return _FeaturesAtVariance(variance_change, factor, feature_departure)
 
 
 class _FeaturesAtVariance(NamedTuple):
     """What the features say at one variance of the effect.
 
     Attributes:
-        variance_change: This variance less that of the fit.
-        precision_factor: Lower Cholesky factor of the precision of the features.
-        pull: F' D^-1 y with this variance, shape (features,).
+        variance_change: This variance less the fitted one.
+        precision_factor: Lower Cholesky factor of the precision with this variance.
+        feature_departure: F' D^-1 y with this variance, shape (features,).
     """
 
     variance_change: float
     precision_factor: FloatArray
-    pull: FloatArray
+    feature_departure: FloatArray

@@ -13,21 +13,21 @@ from oilfilm.base.units import FloatArray
 # Steps of the differences that give the slopes of ln mu by ln S and by T.
 _LOG_SLIP_STEP = 0.02
 _TEMPERATURE_STEP_K = 1.0
-# Names of the effects of a run, in the order of the columns of a design.
-EFFECTS = ("gain", "zero", "slip_scale", "temperature_k")
+# Names of the effects of a run, in the order of the columns of `effect_design`.
+EFFECT_NAMES = ("gain", "zero", "slip_scale", "temperature_k")
 
-# ln mu of points from their conditions, shape (points, 3), and their slips, shape (points,).
-
+# Function of the conditions of points, shape (points, 3), and their slips, shape (points,). Returns
+# ln mu, shape (points,).
 LogMu = Callable[[FloatArray, FloatArray], FloatArray]
 
 
 @dataclass(frozen=True)
 class LogNormal:
-    """What is known of a size before the data: its prior distribution, which is log-normal.
+    """The prior of a size: a log-normal distribution between two bounds.
 
     Attributes:
-        median: Median of the size.
-        ln_sd: Standard deviation of the logarithm of the size.
+        median: Median of the size, in its unit.
+        ln_sd: Standard deviation of the natural logarithm of the size.
         smallest: Smallest size that is searched.
         largest: Largest size that is searched.
     """
@@ -48,10 +48,11 @@ class LogNormal:
 
 
 @dataclass(frozen=True)
-class RunErrorSizes:
-    """What is known of the standard deviations of the errors of a rig, before the data.
+class ErrorPriors:
+    """Priors of the standard deviations of the errors of a rig.
 
-    Without repeated runs the data tell these sizes in part only, so the rig should state them.
+    Without repeated runs the data show these standard deviations in part only, so the rig file
+    should state them.
 
     Attributes:
         gain: Relative error of the traction force, the same in a whole run.
@@ -70,8 +71,8 @@ class RunErrorSizes:
     noise: LogNormal = LogNormal(0.003, 0.6, 5e-4, 0.2)
     rig_gain: LogNormal = LogNormal(0.01, 0.6, 1e-4, 0.2)
 
-    def run_and_noise_sizes(self) -> tuple[LogNormal, ...]:
-        """The sizes of the effects of runs, in the order of `EFFECTS`, then that of the noise."""
+    def run_and_noise_priors(self) -> tuple[LogNormal, ...]:
+        """The priors of the effects of runs, in the order of `EFFECT_NAMES`, then of the noise."""
         return (self.gain, self.zero, self.slip_scale, self.temperature_k, self.noise)
 
 

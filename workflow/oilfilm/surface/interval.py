@@ -1,8 +1,8 @@
 """How far the next run may be from a surface, by the conditions that were left out.
 
 The standard deviation of the next run is multiplied by a factor: one for a single point, and one
-for a band over a whole curve. 12 points that are inside with 95 % each are not all inside with 95
-%, and few left-out curves show that by chance only. So the factor of the band is at least the
+for a band over a whole curve. 12 points that are inside with 95 % each are not all inside with
+95 %, and few left-out curves show that by chance only. So the factor of the band is at least the
 quantile of the largest error of a curve that is drawn from the model.
 
 Decides: the level of an interval that few conditions allow.
@@ -18,12 +18,12 @@ import scipy.special
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.posterior import LeftOut
+from oilfilm.surface.posterior import LeftOutCurves
 from oilfilm.surface.reml import CurveCovariance
 
-# Number of curves that are drawn for the quantile of their largest score, known then within 1 %.
-_DRAWS = 20_000
-# A share that rounding leaves just below a level has reached it.
+# Number of curves that are drawn. It gives the quantile of their largest score within 1 %.
+_DRAW_COUNT = 20_000
+# A share that is below a level by rounding only has reached it.
 _ROUNDING = 1e-9
 
 
@@ -68,9 +68,9 @@ def point_quantile(scores: FloatArray, condition_of_point: IndexArray, level: fl
 
     The share of points below a score is the mean over the conditions. The new condition counts
     beside them, with the share of the worst one. Where whole conditions are far off, this is the
-    quantile of exchangeable groups, which holds without any assumption and takes no point of a new
-    condition for granted. Where single points are far off, as by noise with heavy tails, that
-    quantile would be the largest of all scores in 19 conditions.
+    quantile of exchangeable groups, which holds without any assumption. Where single points are far
+    off, as by noise with heavy tails, that quantile would be the largest of all scores in 19
+    conditions.
 
     Args:
         scores: Scores of the points of left-out conditions, shape (points,).
@@ -104,18 +104,17 @@ def curve_quantile(scores: FloatArray, condition_of_curve: IndexArray, level: fl
     """
     curves_by_score = np.argsort(scores, kind="stable")
     curve_counts = np.bincount(condition_of_curve)
-    reached = np.cumsum(1 / curve_counts[condition_of_curve[curves_by_score]]) / (
-        len(curve_counts) + 1
-    )
-    position = int(np.searchsorted(reached, level - _ROUNDING))
-    return float(scores[curves_by_score[min(position, len(curves_by_score) - 1)]])
+    weights = 1 / curve_counts[condition_of_curve[curves_by_score]]
+    cumulative_shares = np.cumsum(weights) / (len(curve_counts) + 1)
+    rank = int(np.searchsorted(cumulative_shares, level - _ROUNDING))
+    return float(scores[curves_by_score[min(rank, len(curves_by_score) - 1)]])
 
 
 def interval_factors(
     covariance: CurveCovariance,
     curve_of_point: IndexArray,
     condition_of_curve: IndexArray,
-    left_out_conditions: Iterable[LeftOut],
+    left_out_conditions: Iterable[LeftOutCurves],
     wanted_level: float,
 ) -> IntervalFactors:
     """Factors from the errors at left-out conditions over their standard deviations.
@@ -128,9 +127,11 @@ def interval_factors(
         curve_of_point: Index of the curve of each point, shape (points,).
         condition_of_curve: Index of the condition of each curve, shape (curves,).
         left_out_conditions: The curves of each condition, as those of the others predict them.
-        wanted_level: Share that an interval should hold, where there are conditions enough.
+        wanted_level: Share that an interval should hold, where there are enough conditions.
     """
-    scores, drawn_largest_scores = _scores(covariance, curve_of_point, left_out_conditions)
+    scores, drawn_largest_scores = _scores_and_draws(
+        covariance, curve_of_point, left_out_conditions
+    )
     level = allowed_level(wanted_level, int(condition_of_curve.max()) + 1)
     largest_scores = np.zeros(len(condition_of_curve))
     np.maximum.at(largest_scores, curve_of_point, scores)
@@ -148,8 +149,10 @@ def interval_factors(
     )
 
 
-def _scores(
-    covariance: CurveCovariance, curve_of_point: IndexArray, left_out_conditions: Iterable[LeftOut]
+def _scores_and_draws(
+    covariance: CurveCovariance,
+    curve_of_point: IndexArray,
+    left_out_conditions: Iterable[LeftOutCurves],
 ) -> tuple[FloatArray, FloatArray]:
     """Score of each point, and drawn largest scores of a curve.
 
@@ -160,8 +163,8 @@ def _scores(
         Shapes (points,) and (draws,).
     """
     curves, noise = covariance.curves, covariance.sizes.noise
-    random = generator(0, "largest score of a curve")
-    draws_per_curve = -(-_DRAWS // len(curves.conditions))
+    random_generator = generator(0, "largest score of a curve")
+    draws_per_curve = -(-_DRAW_COUNT // len(curves.conditions))
     error = curves.remainder.copy()
     variance = np.zeros(len(error))
     drawn_largest_scores = []
@@ -172,7 +175,7 @@ def _scores(
         variance[point_indices] = (
             np.sum((vectors @ left_out.covariance) * vectors, axis=1) + noise_variance
         )
-        drawn_errors = _drawn_errors(left_out, vectors, noise, random, draws_per_curve)
+        drawn_errors = _drawn_errors(left_out, vectors, noise, random_generator, draws_per_curve)
         drawn_scores = np.abs(drawn_errors) / np.sqrt(variance[point_indices, np.newaxis])
         first_points_of_curves = np.flatnonzero(np.diff(curve_of_point[point_indices], prepend=-1))
         drawn_largest_scores.append(
@@ -182,10 +185,10 @@ def _scores(
 
 
 def _drawn_errors(
-    left_out: LeftOut,
+    left_out: LeftOutCurves,
     vectors: FloatArray,
     noise: float,
-    random: np.random.Generator,
+    random_generator: np.random.Generator,
     draw_count: int,
 ) -> FloatArray:
     """Errors of the points of left-out curves, drawn from the model, shape (points, draws).
@@ -194,7 +197,7 @@ def _drawn_errors(
         left_out: The curves.
         vectors: V of their coordinates, shape (points, coordinates).
         noise: Standard deviation of the noise of points.
-        random: Draws the errors.
+        random_generator: Draws the errors.
         draw_count: Number of draws.
     """
     # of the points and not of the coordinates, whose signs depend on the machine
@@ -203,4 +206,4 @@ def _drawn_errors(
     # noise within the coordinates is already in their covariance
     covariance += noise**2 * (np.eye(point_count) - vectors @ vectors.T)
     factor = scipy.linalg.cholesky(covariance, lower=True)
-    return np.asarray(factor @ random.standard_normal((point_count, draw_count)))
+    return np.asarray(factor @ random_generator.standard_normal((point_count, draw_count)))

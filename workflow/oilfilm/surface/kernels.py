@@ -37,14 +37,14 @@ _TREND_SLIP = 0.3
 # Variance of the constant part over that of the linear part.
 _CONSTANT_VARIANCE = 4.0
 
-# What is known of each size before the data: see `LogNormal`.
-MAIN_EFFECT = LogNormal(0.5, 1.0, 0.02, 10.0)
-INTERACTION = LogNormal(0.3, 1.0, 0.02, 10.0)
+# Priors of the sizes of `DepartureSizes`.
+MAIN_EFFECT_PRIOR = LogNormal(0.5, 1.0, 0.02, 10.0)
+INTERACTION_PRIOR = LogNormal(0.3, 1.0, 0.02, 10.0)
 # The longest lengths are about half the range of slips and twice that of conditions: with longer
 # ones a departure would be rigid, and no departure between the tested points could be expected.
-SLIP_TREND = LogNormal(0.5, 0.7, 0.1, 2.0)
-SLIP_LENGTH = LogNormal(1.5, 0.4, 0.3, 2.5)
-CONDITION_LENGTH = LogNormal(1.0, 0.5, 0.15, 3.0)
+SLIP_TREND_PRIOR = LogNormal(0.5, 0.7, 0.1, 2.0)
+SLIP_LENGTH_PRIOR = LogNormal(1.5, 0.4, 0.3, 2.5)
+CONDITION_LENGTH_PRIOR = LogNormal(1.0, 0.5, 0.15, 3.0)
 
 
 def matern(distance: FloatArray) -> FloatArray:
@@ -107,13 +107,13 @@ class ConditionBox:
         lowest: Lowest P, U and T, shape (3,).
         highest: Highest P, U and T, shape (3,).
         level_counts: Number of levels of P, of U and of T, shape (3,).
-        level_widths: Largest range of one level of P, of U and of T, shape (3,).
+        scaled_level_widths: Largest range of one level of P, of U and of T, shape (3,).
     """
 
     lowest: FloatArray
     highest: FloatArray
     level_counts: IndexArray
-    level_widths: FloatArray
+    scaled_level_widths: FloatArray
 
     def centred(self, scaled: FloatArray) -> FloatArray:
         """Scaled conditions less the middle of the box, shape (rows, 3)."""
@@ -136,7 +136,7 @@ class ConditionBox:
         """Whether each condition has two levels, shape (3,)."""
         return self.level_counts == 2
 
-    def ranges_beyond(self, centred: FloatArray) -> FloatArray:
+    def distance_in_ranges(self, centred: FloatArray) -> FloatArray:
         """Distance of each row from the box, in units of the tested range, shape (rows,).
 
         The condition farthest outside counts. The distance is 0 inside the box, and infinite where
@@ -144,10 +144,10 @@ class ConditionBox:
         """
         tested_range = self.highest - self.lowest
         beyond = np.maximum(np.abs(centred) - tested_range / 2, 0.0)
-        is_single = self.level_counts == 1
-        in_ranges = beyond / np.where(is_single, 1.0, tested_range)
-        off_level = np.where(np.abs(centred) > self.level_widths, np.inf, 0.0)
-        return np.max(np.where(is_single, off_level, in_ranges), axis=1)
+        has_one_level = self.level_counts == 1
+        in_ranges = beyond / np.where(has_one_level, 1.0, tested_range)
+        off_level = np.where(np.abs(centred) > self.scaled_level_widths, np.inf, 0.0)
+        return np.max(np.where(has_one_level, off_level, in_ranges), axis=1)
 
     @property
     def shows_bends(self) -> FloatArray:
@@ -158,6 +158,8 @@ class ConditionBox:
 @dataclass(frozen=True)
 class ConditionKernel:
     """The factors C_E and C_G of the covariance between rows of conditions.
+
+    "Centred" conditions are those of `ConditionBox.centred`.
 
     Attributes:
         box: The tested conditions.

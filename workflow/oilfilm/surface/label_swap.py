@@ -18,23 +18,23 @@ import scipy.optimize
 import scipy.special
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, RunErrorSizes
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors
 from oilfilm.surface.measurements import LevelWidths
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, smooth_covariance
 from oilfilm.surface.reduction import Coordinates, reduced_curves
-from oilfilm.surface.relabelled import Relabelled
+from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.steadiness import SteadinessLimits
-from oilfilm.surface.surface import LARGEST_DENSE, Surface
+from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT, Surface
 from oilfilm.surface.threads import with_one_blas_thread
 
 # Column of the temperature among the conditions, and of the zero among the effects.
-_TEMPERATURE = 2
-_ZERO = EFFECTS.index("zero")
+_TEMPERATURE_COLUMN = 2
+_ZERO_INDEX = EFFECT_NAMES.index("zero")
 # Largest number of runs that are suspected together, and their largest share of all runs.
-_MOST_SUSPECTS = 8
-_LARGEST_SHARE = 1 / 3
+_LARGEST_SUSPECT_COUNT = 8
+_LARGEST_SUSPECT_SHARE = 1 / 3
 # Number of exchanges that are tried one after the other.
-_ROUNDS = 6
+_ROUND_COUNT = 6
 
 
 @dataclass(frozen=True)
@@ -57,13 +57,15 @@ class LabelSwap:
 
 @with_one_blas_thread
 def likeliest_swap(
-    surface: Surface, errors: RunErrorSizes | None = None, limits: SteadinessLimits | None = None
+    surface: Surface,
+    error_priors: ErrorPriors | None = None,
+    limits: SteadinessLimits | None = None,
 ) -> LabelSwap | None:
     """The exchange of temperatures that explains most; None if no exchange explains anything.
 
     Args:
         surface: The surface; its measurements are in canonical order.
-        errors: Sizes of the errors of the rig, before the data.
+        error_priors: Priors of the sizes of the errors of the rig.
         limits: `alarm_of_groups`, the score above which an exchange is named.
 
     Returns:
@@ -71,41 +73,45 @@ def likeliest_swap(
     """
     conditions_as_read = surface.measurements.conditions
     run_count = len(conditions_as_read)
-    if run_count > LARGEST_DENSE:
+    if run_count > LARGEST_EXACT_CURVE_COUNT:
         return None
-    as_labelled = Relabelled.as_read(surface, errors or RunErrorSizes())
-    likeliest = current = as_labelled
-    for _ in range(_ROUNDS):
+    as_read = FittedReadings.as_read(surface, error_priors or ErrorPriors())
+    likeliest = current = as_read
+    for _ in range(_ROUND_COUNT):
         proposed_conditions = _likeliest_conditions(current)
         if proposed_conditions is None:
             break
         # a round may be worse before the next one is better
-        current = current.fitted_to(replace(current.measurements, conditions=proposed_conditions))
-        if current.objective < likeliest.objective:
+        current = current.fit_to(replace(current.measurements, conditions=proposed_conditions))
+        if current.negative_ln_posterior < likeliest.negative_ln_posterior:
             likeliest = current
-    moved_curves = np.flatnonzero(
-        _is_moved(
+    changed_curves = np.flatnonzero(
+        _is_temperature_changed(
             conditions_as_read, likeliest.measurements.conditions, surface.measurements.level_widths
         )
     )
-    moved_count = len(moved_curves)
-    if not moved_count:
+    changed_count = len(changed_curves)
+    if not changed_count:
         return None
     # groups of this size, and the orders of their labels
-    ln_choices = np.log(scipy.special.comb(run_count, moved_count)) + scipy.special.gammaln(
-        moved_count + 1
+    ln_choices = np.log(scipy.special.comb(run_count, changed_count)) + scipy.special.gammaln(
+        changed_count + 1
     )
-    score = float(2 * (as_labelled.objective - likeliest.objective - ln_choices))
+    score = float(
+        2 * (as_read.negative_ln_posterior - likeliest.negative_ln_posterior - ln_choices)
+    )
     alarm_score = (limits or SteadinessLimits()).alarm_of_groups
-    new_temperatures_c = likeliest.measurements.conditions[moved_curves, _TEMPERATURE]
-    return LabelSwap(moved_curves, new_temperatures_c, score, score > alarm_score)
+    new_temperatures_c = likeliest.measurements.conditions[changed_curves, _TEMPERATURE_COLUMN]
+    return LabelSwap(changed_curves, new_temperatures_c, score, score > alarm_score)
 
 
-def _is_moved(
+def _is_temperature_changed(
     conditions_before: FloatArray, conditions_after: FloatArray, widths: LevelWidths
 ) -> BoolArray:
     """Whether the temperature of each curve has another level afterwards, shape (curves,)."""
-    difference_k = conditions_after[:, _TEMPERATURE] - conditions_before[:, _TEMPERATURE]
+    difference_k = (
+        conditions_after[:, _TEMPERATURE_COLUMN] - conditions_before[:, _TEMPERATURE_COLUMN]
+    )
     return np.asarray(np.abs(difference_k) > widths.temperature_k)
 
 
@@ -124,100 +130,113 @@ class _RemainingCurves:
     weights: FloatArray
 
 
-def _likeliest_conditions(relabelled: Relabelled) -> FloatArray | None:
+def _likeliest_conditions(readings: FittedReadings) -> FloatArray | None:
     """The conditions after the likeliest exchange; None if that changes no temperature."""
-    suspect_curves = _suspects(relabelled)
-    conditions = relabelled.measurements.conditions
-    temperatures = conditions[suspect_curves, _TEMPERATURE]
-    log_density = _log_densities(relabelled, suspect_curves, temperatures)
-    _, temperature_index_of_suspect = scipy.optimize.linear_sum_assignment(-log_density)
+    suspect_curves = _suspects(readings)
+    conditions = readings.measurements.conditions
+    temperatures_c = conditions[suspect_curves, _TEMPERATURE_COLUMN]
+    ln_density = _ln_densities(readings, suspect_curves, temperatures_c)
+    _, temperature_index_of_suspect = scipy.optimize.linear_sum_assignment(-ln_density)
     proposed_conditions = conditions.copy()
-    proposed_conditions[suspect_curves, _TEMPERATURE] = temperatures[temperature_index_of_suspect]
-    is_moved = _is_moved(conditions, proposed_conditions, relabelled.measurements.level_widths)
-    proposed_conditions[~is_moved] = conditions[~is_moved]
-    return proposed_conditions if is_moved.any() else None
+    proposed_conditions[suspect_curves, _TEMPERATURE_COLUMN] = temperatures_c[
+        temperature_index_of_suspect
+    ]
+    is_changed = _is_temperature_changed(
+        conditions, proposed_conditions, readings.measurements.level_widths
+    )
+    proposed_conditions[~is_changed] = conditions[~is_changed]
+    return proposed_conditions if is_changed.any() else None
 
 
-def _suspects(relabelled: Relabelled) -> IndexArray:
+def _suspects(readings: FittedReadings) -> IndexArray:
     """Indices of curves: those with changed labels, and those that contradict all others most."""
-    run_count = len(relabelled.measurements.conditions)
+    run_count = len(readings.measurements.conditions)
     mean_squares_of_curves = []
-    for left_out in DensePosterior(relabelled.covariance).left_out(np.arange(run_count)):
+    for left_out in DensePosterior(readings.covariance).leave_groups_out(np.arange(run_count)):
         squares = left_out.error @ left_out.precision @ left_out.error
         mean_squares_of_curves.append(squares / len(left_out.error))
     mean_squares = np.array(mean_squares_of_curves)
-    measurements_as_read = relabelled.surface.measurements
+    measurements_as_read = readings.surface.measurements
     mean_squares[
-        _is_moved(
+        _is_temperature_changed(
             measurements_as_read.conditions,
-            relabelled.measurements.conditions,
+            readings.measurements.conditions,
             measurements_as_read.level_widths,
         )
     ] = np.inf
-    suspect_count = min(_MOST_SUSPECTS, int(_LARGEST_SHARE * run_count))
+    suspect_count = min(_LARGEST_SUSPECT_COUNT, int(_LARGEST_SUSPECT_SHARE * run_count))
     return np.sort(np.argsort(-mean_squares, kind="stable")[:suspect_count])
 
 
-def _log_densities(
-    relabelled: Relabelled, suspect_curves: IndexArray, temperatures: FloatArray
+def _ln_densities(
+    readings: FittedReadings, suspect_curves: IndexArray, temperatures_c: FloatArray
 ) -> FloatArray:
     """Logarithm of the density of each suspect at each temperature, by the other runs.
 
     Returns:
         Shape (suspects, temperatures).
     """
-    curves = relabelled.covariance.curves
+    curves = readings.covariance.curves
     remaining_coordinates = np.flatnonzero(~np.isin(curves.curve_of_coordinate, suspect_curves))
-    remaining_covariance = relabelled.covariance.matrix()[
+    remaining_covariance = readings.covariance.matrix()[
         np.ix_(remaining_coordinates, remaining_coordinates)
     ]
     factor = scipy.linalg.cholesky(remaining_covariance, lower=True)
     weights = scipy.linalg.cho_solve((factor, True), curves.departure[remaining_coordinates])
-    remaining = _RemainingCurves(curves.select_coordinates(remaining_coordinates), factor, weights)
-    distinct_temperatures, distinct_temperature_index = np.unique(temperatures, return_inverse=True)
-    log_density = [
-        _log_densities_of_run(relabelled, remaining, curve_index, distinct_temperatures)
+    remaining_curves = _RemainingCurves(
+        curves.select_coordinates(remaining_coordinates), factor, weights
+    )
+    distinct_temperatures_c, distinct_index_of_temperature = np.unique(
+        temperatures_c, return_inverse=True
+    )
+    ln_density = [
+        _ln_densities_of_run(readings, remaining_curves, curve_index, distinct_temperatures_c)
         for curve_index in suspect_curves
     ]
-    return np.array(log_density)[:, distinct_temperature_index]
+    return np.array(ln_density)[:, distinct_index_of_temperature]
 
 
-def _log_densities_of_run(
-    relabelled: Relabelled, remaining: _RemainingCurves, curve_index: int, temperatures: FloatArray
+def _ln_densities_of_run(
+    readings: FittedReadings,
+    remaining_curves: _RemainingCurves,
+    curve_index: int,
+    temperatures_c: FloatArray,
 ) -> FloatArray:
     """Logarithm of the density of a curve at each temperature, by the remaining curves.
 
     The curve is copied to each temperature, and all copies are reduced at once.
 
     Args:
-        relabelled: The points with the temperatures of this round.
-        remaining: The curves that predict this one.
+        readings: The points with the temperatures of this round.
+        remaining_curves: The curves that predict this one.
         curve_index: Index of the curve.
-        temperatures: Temperatures, in degC, shape (temperatures,).
+        temperatures_c: Temperatures, in degC, shape (temperatures,).
     """
-    covariance, sizes = relabelled.covariance, relabelled.covariance.sizes
-    measurements = relabelled.measurements
-    conditions = np.tile(measurements.conditions[curve_index], (len(temperatures), 1))
-    conditions[:, _TEMPERATURE] = temperatures
+    covariance, sizes = readings.covariance, readings.covariance.sizes
+    measurements = readings.measurements
+    conditions = np.tile(measurements.conditions[curve_index], (len(temperatures_c), 1))
+    conditions[:, _TEMPERATURE_COLUMN] = temperatures_c
     copies = measurements.copied_to_conditions(curve_index, conditions)
-    law = relabelled.surface.law
-    curves = reduced_curves(copies, law, law.log_mu, float(sizes.effects[_ZERO]), covariance.box)
-    every_coordinate = curves.select_coordinates(np.arange(len(curves.departure)))
-    cross_covariance = smooth_covariance(covariance, every_coordinate, remaining.coordinates)
-    whitened_across = scipy.linalg.solve_triangular(
-        remaining.covariance_factor, cross_covariance.T, lower=True
+    law = readings.surface.law
+    curves = reduced_curves(
+        copies, law, law.log_mu, float(sizes.effects[_ZERO_INDEX]), covariance.box
     )
-    error = curves.departure - cross_covariance @ remaining.weights
-    log_densities = []
+    every_coordinate = curves.select_coordinates(np.arange(len(curves.departure)))
+    cross_covariance = smooth_covariance(covariance, every_coordinate, remaining_curves.coordinates)
+    whitened_cross_covariance = scipy.linalg.solve_triangular(
+        remaining_curves.covariance_factor, cross_covariance.T, lower=True
+    )
+    error = curves.departure - cross_covariance @ remaining_curves.weights
+    ln_densities = []
     for coordinate_indices in coordinates_by_group(
-        curves.curve_of_coordinate, np.arange(len(temperatures))
+        curves.curve_of_coordinate, np.arange(len(temperatures_c))
     ):
         curve_copy = curves.select_coordinates(coordinate_indices)
-        whitened_across_copy = whitened_across[:, coordinate_indices]
+        whitened_cross_covariance_of_copy = whitened_cross_covariance[:, coordinate_indices]
         scaled_effects = curves.effects[coordinate_indices] * sizes.effects
         curve_covariance = (
             smooth_covariance(covariance, curve_copy, curve_copy)
-            - whitened_across_copy.T @ whitened_across_copy
+            - whitened_cross_covariance_of_copy.T @ whitened_cross_covariance_of_copy
         )
         curve_covariance += scaled_effects @ scaled_effects.T
         curve_covariance += sizes.noise**2 * np.eye(len(coordinate_indices))
@@ -225,5 +244,5 @@ def _log_densities_of_run(
         whitened = scipy.linalg.solve_triangular(
             curve_factor, error[coordinate_indices], lower=True
         )
-        log_densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
-    return np.array(log_densities)
+        ln_densities.append(-whitened @ whitened / 2 - np.sum(np.log(np.diag(curve_factor))))
+    return np.array(ln_densities)

@@ -50,8 +50,8 @@ class FreeLaw:
             slip: Slide-roll ratio, above 0, shape (points,).
         """
         mu = np.empty(len(slip))
-        for first in range(0, len(slip), _POINTS_AT_ONCE):
-            block = slice(first, first + _POINTS_AT_ONCE)
+        for first_point in range(0, len(slip), _POINTS_AT_ONCE):
+            block = slice(first_point, first_point + _POINTS_AT_ONCE)
             observations = self._observations(conditions[block], slip[block])
             mu[block] = self.law.traction(self.constants, observations)
         with np.errstate(invalid="ignore", divide="ignore"):

@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 
 @dataclass(frozen=True)
 class SurfaceLimits:
-    """Limits that a laboratory may choose.
+    """Limits that a laboratory may choose, by the settings `surface`.
 
     Attributes:
-        level: Share of points of new runs that an interval should hold, where there are conditions
-            enough.
+        level: Share of points of new runs that an interval should hold, where there are enough
+            conditions.
         largest_spread: Largest standard deviation of ln mu of the surface where there is support.
         fewest_slips: Fewest slips of a curve that show its shape between them.
         reach_in_gaps: Largest distance (in scaled slip) from a tested slip, over the typical widest

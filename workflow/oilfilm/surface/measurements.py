@@ -13,7 +13,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 # The slide-roll ratio at which the scaled slip turns from linear to logarithmic.
 SLIP_SCALE = 0.003
 # Changes of ln P, of ln U and of T that are one unit of the scaled conditions.
-_PRESSURE_SCALE, _SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
+_LN_PRESSURE_SCALE, _LN_SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
 # Degree of the polynomial that describes ln(noise) over the scaled slip.
 _NOISE_DEGREE = 2
 
@@ -32,8 +32,8 @@ def scaled_conditions(conditions: FloatArray) -> FloatArray:
     pressure, speed, temperature = np.asarray(conditions, dtype=float).T
     return np.column_stack(
         [
-            np.log(pressure) / _PRESSURE_SCALE,
-            np.log(speed) / _SPEED_SCALE,
+            np.log(pressure) / _LN_PRESSURE_SCALE,
+            np.log(speed) / _LN_SPEED_SCALE,
             temperature / _TEMPERATURE_SCALE_K,
         ]
     )
@@ -44,8 +44,8 @@ def unscaled_conditions(scaled: FloatArray) -> FloatArray:
     pressure, speed, temperature = scaled.T
     return np.column_stack(
         [
-            np.exp(pressure * _PRESSURE_SCALE),
-            np.exp(speed * _SPEED_SCALE),
+            np.exp(pressure * _LN_PRESSURE_SCALE),
+            np.exp(speed * _LN_SPEED_SCALE),
             temperature * _TEMPERATURE_SCALE_K,
         ]
     )
@@ -60,7 +60,7 @@ class LevelWidths:
     Attributes:
         pressure: Range of P over its value.
         speed: Range of U over its value.
-        temperature_k: Range of T, in K.
+        temperature_k: Range of T in K, not over its value.
     """
 
     pressure: float = 0.02
@@ -71,15 +71,15 @@ class LevelWidths:
         """The ranges in the units of `scaled_conditions`, shape (3,)."""
         return np.array(
             [
-                self.pressure / _PRESSURE_SCALE,
-                self.speed / _SPEED_SCALE,
+                self.pressure / _LN_PRESSURE_SCALE,
+                self.speed / _LN_SPEED_SCALE,
                 self.temperature_k / _TEMPERATURE_SCALE_K,
             ]
         )
 
 
 def level_numbers(scaled: FloatArray, widths: LevelWidths) -> IndexArray:
-    """Index of the level of P, U and T in each row, 0 for the lowest level, shape (rows, 3).
+    """Number of the level of P, U and T in each row, from 0 for the lowest one, shape (rows, 3).
 
     Args:
         scaled: Scaled conditions, shape (rows, 3).
@@ -165,7 +165,7 @@ class Measurements:
         return 1 if self.rig_of_curve is None else len(np.unique(self.rig_of_curve))
 
     def level_numbers(self) -> IndexArray:
-        """Index of the level of P, U and T of each curve, shape (curves, 3)."""
+        """Number of the level of P, U and T of each curve, from 0, shape (curves, 3)."""
         return level_numbers(scaled_conditions(self.conditions), self.level_widths)
 
     def condition_of_curve(self) -> IndexArray:

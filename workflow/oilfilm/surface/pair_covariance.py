@@ -9,7 +9,7 @@ difference of the constants of the law, and a departure of its own. c and r are 
 at conditions and slips at which both oils were tested r depends on the difference of their ln mu
 only: c cancels.
 
-Decides: what is known of the ratio of two oils before the data.
+Decides: the prior of the ratio of two oils.
 """
 
 from collections.abc import Callable
@@ -20,7 +20,7 @@ import numpy as np
 import scipy.linalg
 
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.effects import LogNormal, RunErrorSizes
+from oilfilm.surface.effects import ErrorPriors, LogNormal
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.posterior import smooth_covariance
 from oilfilm.surface.reduction import Coordinates, ReducedCurves, SlipWeights
@@ -34,16 +34,17 @@ from oilfilm.surface.reml import (
     with_remainder_and_priors,
 )
 
-# Standard deviation of the constant part of r: a factor of e either way.
-_CONSTANT_SD = 1.0
-# Size of the departure of r. The smallest one is for oils that differ by a factor alone.
-DEPARTURE = LogNormal(0.05, 1.0, 0.005, 1.0)
-# Difference of the constants of the law, over their standard deviation in a surface.
-LAW_DIFFERENCE = LogNormal(0.1, 0.7, 0.03, 3.0)
-# Where oils differ, the tested conditions show less of it than there is between them: an interval
-# takes a larger departure than the most likely one.
-_KAPPA_FACTOR = 3.0
-_ERROR_SIZE_COUNT = len(RunErrorSizes().run_and_noise_sizes())
+# Prior standard deviation of the constant part of r: a factor of e either way.
+_RATIO_CONSTANT_SD = 1.0
+# Prior of kappa of r, the size of its departure. The smallest one is for oils that differ by a
+# factor alone.
+RATIO_KAPPA_PRIOR = LogNormal(0.05, 1.0, 0.005, 1.0)
+# Prior of the difference of the constants of the law, over their standard deviation in a surface.
+LAW_DIFFERENCE_PRIOR = LogNormal(0.1, 0.7, 0.03, 3.0)
+# Factor on the most likely kappa of r in intervals: oils differ more between the tested conditions
+# than at them.
+_CAUTION_FACTOR = 3.0
+_ERROR_SIZE_COUNT = len(ErrorPriors().run_and_noise_priors())
 
 
 @dataclass(frozen=True)
@@ -82,14 +83,14 @@ class PairSizes:
     def with_caution(self) -> "PairSizes":
         """The sizes for intervals, from the most likely ones."""
         departure = self.ratio_sizes.departure_sizes
-        cautious = replace(departure, kappa=_KAPPA_FACTOR * departure.kappa)
+        cautious = replace(departure, kappa=_CAUTION_FACTOR * departure.kappa)
         return replace(self, ratio_sizes=replace(self.ratio_sizes, departure_sizes=cautious))
 
 
-def pair_priors(errors: RunErrorSizes) -> tuple[LogNormal, ...]:
-    """What is known of each size before the data, in the order of `PairSizes`."""
-    ratio_priors = priors(errors, DEPARTURE)[_ERROR_SIZE_COUNT:]
-    return (*priors(errors, INTERVAL_KAPPA_PRIOR), *ratio_priors, LAW_DIFFERENCE)
+def pair_priors(error_priors: ErrorPriors) -> tuple[LogNormal, ...]:
+    """The prior of each size, in the order of `PairSizes.from_logarithms`."""
+    ratio_priors = priors(error_priors, RATIO_KAPPA_PRIOR)[_ERROR_SIZE_COUNT:]
+    return (*priors(error_priors, INTERVAL_KAPPA_PRIOR), *ratio_priors, LAW_DIFFERENCE_PRIOR)
 
 
 @dataclass(frozen=True)
@@ -150,10 +151,12 @@ class PairCovariance:
 
     def ratio_covariance_at(self, targets: Coordinates) -> FloatArray:
         """Covariance of r at the targets with the coordinates, shape (targets, coordinates)."""
-        across = smooth_covariance(
-            self.ratio_covariance, self.as_ratio(targets), self.as_ratio(self.all_coordinates)
+        cross_covariance = smooth_covariance(
+            self.ratio_covariance,
+            self.with_ratio_slopes(targets),
+            self.with_ratio_slopes(self.all_coordinates),
         )
-        return across * self.half_sign
+        return cross_covariance * self.half_sign
 
     def oil_covariance_at(self, targets: Coordinates, oil_index: int) -> FloatArray:
         """Covariance of ln mu of an oil with the coordinates, shape (targets, coordinates).
@@ -167,7 +170,7 @@ class PairCovariance:
         )
         return covariance_of_common + (oil_index - 0.5) * self.ratio_covariance_at(targets)
 
-    def as_ratio(self, targets: Coordinates) -> Coordinates:
+    def with_ratio_slopes(self, targets: Coordinates) -> Coordinates:
         """The same targets, with the law slopes of r."""
         slopes = _slopes_of_ratio(targets.weights, targets.law_slopes, self.law_difference_sd)
         return replace(targets, law_slopes=slopes)
@@ -188,7 +191,7 @@ class PairCovariance:
         return np.concatenate([common_gradient, ratio_gradient[_ERROR_SIZE_COUNT:], [law_slope]])
 
 
-def objective(
+def pair_objective(
     logarithms: FloatArray,
     covariance_of: Callable[[PairSizes], PairCovariance],
     size_priors: tuple[LogNormal, ...],
@@ -196,7 +199,7 @@ def objective(
     """Negative logarithm of the restricted likelihood and the priors, and its gradient.
 
     Args:
-        logarithms: Logarithms of the sizes, in the order of `PairSizes`.
+        logarithms: Logarithms of the sizes, in the order of `PairSizes.from_logarithms`.
         covariance_of: Makes the covariance with some sizes.
         size_priors: The priors of the sizes.
     """
@@ -210,7 +213,7 @@ def objective(
     return with_remainder_and_priors(value, gradient, logarithms, curves, size_priors)
 
 
-def most_likely_pair(
+def most_likely_pair_sizes(
     covariance_of: Callable[[PairSizes], PairCovariance], size_priors: tuple[LogNormal, ...]
 ) -> FoundSizes:
     """The most likely sizes of a pair, as logarithms in the order of `PairSizes`.
@@ -220,7 +223,7 @@ def most_likely_pair(
         size_priors: The priors of the sizes.
     """
     return most_likely_logarithms(
-        lambda logarithms: objective(logarithms, covariance_of, size_priors), size_priors
+        lambda logarithms: pair_objective(logarithms, covariance_of, size_priors), size_priors
     )
 
 
@@ -234,5 +237,5 @@ def _slopes_of_ratio(
         law_slopes: Slopes of the law at the rows, shape (rows, slopes).
         law_difference_sd: See `PairSizes`.
     """
-    constant = weights @ np.full(weights.shape[1], _CONSTANT_SD)
-    return np.column_stack([constant, law_difference_sd * law_slopes])
+    constant_slopes = weights @ np.full(weights.shape[1], _RATIO_CONSTANT_SD)
+    return np.column_stack([constant_slopes, law_difference_sd * law_slopes])

@@ -32,7 +32,7 @@ _CURVES_AT_ONCE = 20
 
 
 @dataclass(frozen=True)
-class LeftOut:
+class LeftOutCurves:
     """The coordinates of a group of curves, as all other curves predict them.
 
     Attributes:
@@ -57,13 +57,13 @@ class LeftOut:
         return self.covariance @ self.weights
 
 
-class Freedom(NamedTuple):
-    """What the curves say of parameters of which the smooth part is a linear function.
+class ParameterPosterior(NamedTuple):
+    """The posterior of parameters of which the smooth part is a linear function.
 
-    Each is in units of its standard deviation before the data.
+    Each parameter is in units of its prior standard deviation.
 
     Attributes:
-        expected_change: Expected change of each, shape (parameters,).
+        expected_change: Expected change of each from its prior mean, shape (parameters,).
         covariance: Covariance of the changes, shape (parameters, parameters).
     """
 
@@ -85,16 +85,16 @@ class Posterior(Protocol):
         """Variance at each target, shape (targets,)."""
         ...
 
-    def freedom(self, slopes: FloatArray) -> Freedom:
-        """What the curves say of parameters of the smooth part.
+    def parameter_posterior(self, slopes: FloatArray) -> ParameterPosterior:
+        """The posterior of parameters of the smooth part, given the curves.
 
         Args:
-            slopes: Derivative of each coordinate by each parameter, in units of its standard
-                deviation before the data, shape (coordinates, parameters).
+            slopes: Derivative of each coordinate by each parameter, in units of its prior standard
+                deviation, shape (coordinates, parameters).
         """
         ...
 
-    def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
+    def leave_groups_out(self, group_of_curve: IndexArray) -> Iterator[LeftOutCurves]:
         """Each group of curves as the others predict it.
 
         Args:
@@ -124,7 +124,9 @@ def smooth_covariance(
     total += overall_covariance
     total += row_coordinates.law_slopes @ column_coordinates.law_slopes.T
     if covariance.sizes.rig_gain:
-        total += covariance.sizes.rig_gain**2 * row_coordinates.rig_products(column_coordinates)
+        total += covariance.sizes.rig_gain**2 * row_coordinates.rig_gain_products(
+            column_coordinates
+        )
     return total
 
 
@@ -158,7 +160,7 @@ def weighted_covariance(
     product += row_coordinates.law_slopes @ (column_coordinates.law_slopes.T @ weights)
     if covariance.sizes.rig_gain:
         product += covariance.sizes.rig_gain**2 * (
-            row_coordinates.rig_products(column_coordinates) @ weights
+            row_coordinates.rig_gain_products(column_coordinates) @ weights
         )
     return product
 
@@ -183,7 +185,7 @@ def _slip_covariance(
 
 
 def smooth_variance(covariance: CurveCovariance, targets: Coordinates) -> FloatArray:
-    """Variance of the smooth part at points before the data, shape (points,)."""
+    """Prior variance of the smooth part at points, shape (points,)."""
     law_variance = np.sum(targets.law_slopes**2, axis=1)
     size_over_slip = covariance.sizes.departure_sizes.size_at_slips(targets.slips)
     departure_variance = (
@@ -229,7 +231,7 @@ class DensePosterior:
     @cached_property
     def weights(self) -> FloatArray:
         """K^-1 y, shape (coordinates,)."""
-        return self._solved(self.covariance.curves.departure)
+        return self._inverse_times(self.covariance.curves.departure)
 
     def mean(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
@@ -237,32 +239,34 @@ class DensePosterior:
 
     def variance(self, targets: Coordinates) -> FloatArray:
         """See `Posterior`."""
-        across = smooth_covariance(self.covariance, targets, self.all_coordinates)
-        whitened_across = scipy.linalg.solve_triangular(
-            self.covariance_factor, across.T, lower=True
+        cross_covariance = smooth_covariance(self.covariance, targets, self.all_coordinates)
+        whitened_cross_covariance = scipy.linalg.solve_triangular(
+            self.covariance_factor, cross_covariance.T, lower=True
         )
-        return smooth_variance(self.covariance, targets) - np.sum(whitened_across**2, axis=0)
+        return smooth_variance(self.covariance, targets) - np.sum(
+            whitened_cross_covariance**2, axis=0
+        )
 
-    def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
+    def leave_groups_out(self, group_of_curve: IndexArray) -> Iterator[LeftOutCurves]:
         """See `Posterior`."""
-        inverse = self._solved(np.eye(len(self.weights)))
+        inverse = self._inverse_times(np.eye(len(self.weights)))
         for coordinate_indices in coordinates_by_group(
             self.covariance.curves.curve_of_coordinate, group_of_curve
         ):
             block = inverse[np.ix_(coordinate_indices, coordinate_indices)]
-            yield LeftOut(coordinate_indices, block, self.weights[coordinate_indices])
+            yield LeftOutCurves(coordinate_indices, block, self.weights[coordinate_indices])
 
-    def freedom(self, slopes: FloatArray) -> Freedom:
+    def parameter_posterior(self, slopes: FloatArray) -> ParameterPosterior:
         """See `Posterior`."""
-        remaining_covariance = np.eye(slopes.shape[1]) - slopes.T @ self._solved(slopes)
-        return Freedom(slopes.T @ self.weights, remaining_covariance)
+        remaining_covariance = np.eye(slopes.shape[1]) - slopes.T @ self._inverse_times(slopes)
+        return ParameterPosterior(slopes.T @ self.weights, remaining_covariance)
 
     @cached_property
     def all_coordinates(self) -> Coordinates:
         """All coordinates."""
         return self.covariance.curves.select_coordinates(np.arange(len(self.weights)))
 
-    def _solved(self, vectors: FloatArray) -> FloatArray:
+    def _inverse_times(self, vectors: FloatArray) -> FloatArray:
         """K^-1 times vectors."""
         return np.asarray(scipy.linalg.cho_solve((self.covariance_factor, True), vectors))
 
@@ -319,20 +323,19 @@ class NystromPosterior:
     @cached_property
     def inducing_posterior(self) -> tuple[FloatArray, FloatArray]:
         """Lower Cholesky factor of the precision of u given the curves, and the mean of u."""
-        # the mean solves precision u = pull
         precision = np.eye(len(self.inducing_indices))
-        pull = np.zeros(len(self.inducing_indices))
+        precision_times_mean = np.zeros(len(self.inducing_indices))
         every_curve = np.arange(len(self.covariance.curves.conditions))
-        for curve_indices in _in_blocks(every_curve, every_curve):
+        for curve_indices in _curve_blocks(every_curve, every_curve):
             coordinate_indices, features, unshared_factor = self._features_of_curves(curve_indices)
             whitened = scipy.linalg.solve_triangular(unshared_factor, features, lower=True)
             departure = self.covariance.curves.departure[coordinate_indices]
             precision += whitened.T @ whitened
-            pull += whitened.T @ scipy.linalg.solve_triangular(
+            precision_times_mean += whitened.T @ scipy.linalg.solve_triangular(
                 unshared_factor, departure, lower=True
             )
         factor = scipy.linalg.cholesky(precision, lower=True)
-        return factor, np.asarray(scipy.linalg.cho_solve((factor, True), pull))
+        return factor, np.asarray(scipy.linalg.cho_solve((factor, True), precision_times_mean))
 
     @cached_property
     def weights(self) -> FloatArray:
@@ -356,11 +359,11 @@ class NystromPosterior:
         remainder = smooth_variance(self.covariance, targets) - np.sum(features**2, axis=1)
         return np.maximum(remainder, 0.0) + np.sum(whitened_features**2, axis=0)
 
-    def left_out(self, group_of_curve: IndexArray) -> Iterator[LeftOut]:
+    def leave_groups_out(self, group_of_curve: IndexArray) -> Iterator[LeftOutCurves]:
         """See `Posterior`."""
         precision_factor, mean = self.inducing_posterior
         curves_by_group = np.argsort(group_of_curve, kind="stable")
-        for curve_indices in _in_blocks(curves_by_group, group_of_curve[curves_by_group]):
+        for curve_indices in _curve_blocks(curves_by_group, group_of_curve[curves_by_group]):
             coordinate_indices, features, unshared_factor = self._features_of_curves(curve_indices)
             unshared_inverse = scipy.linalg.cho_solve(
                 (unshared_factor, True), np.eye(len(unshared_factor))
@@ -380,9 +383,9 @@ class NystromPosterior:
                     block_of_group
                     - whitened_features[:, positions].T @ whitened_features[:, positions]
                 )
-                yield LeftOut(coordinate_indices[positions], precision, weights[positions])
+                yield LeftOutCurves(coordinate_indices[positions], precision, weights[positions])
 
-    def freedom(self, slopes: FloatArray) -> Freedom:
+    def parameter_posterior(self, slopes: FloatArray) -> ParameterPosterior:
         """See `Posterior`."""
         precision_factor, mean = self.inducing_posterior
         inducing_slopes = slopes[self.inducing_indices]
@@ -393,12 +396,12 @@ class NystromPosterior:
             - features.T @ features
             + whitened_features.T @ whitened_features
         )
-        return Freedom(features.T @ mean, remaining_covariance)
+        return ParameterPosterior(features.T @ mean, remaining_covariance)
 
     def features_by_curve(self) -> Iterator[CurveFeatures]:
         """The features of each curve."""
         every_curve = np.arange(len(self.covariance.curves.conditions))
-        for curve_indices in _in_blocks(every_curve, every_curve):
+        for curve_indices in _curve_blocks(every_curve, every_curve):
             coordinate_indices, features, unshared_factor = self._features_of_curves(curve_indices)
             for positions in _rows_by_group(
                 self.covariance.curves.curve_of_coordinate[coordinate_indices]
@@ -434,14 +437,16 @@ class NystromPosterior:
 
     def _features(self, coordinates: Coordinates) -> FloatArray:
         """Features of coordinates, shape (coordinates, inducing)."""
-        across = smooth_covariance(self.covariance, coordinates, self.inducing_coordinates)
+        cross_covariance = smooth_covariance(
+            self.covariance, coordinates, self.inducing_coordinates
+        )
         return np.asarray(
-            scipy.linalg.solve_triangular(self.inducing_factor, across.T, lower=True).T
+            scipy.linalg.solve_triangular(self.inducing_factor, cross_covariance.T, lower=True).T
         )
 
 
-def spread_out(conditions: FloatArray, wanted_count: int) -> IndexArray:
-    """Rows of conditions that are far from each other, by farthest-point selection.
+def farthest_point_selection(conditions: FloatArray, wanted_count: int) -> IndexArray:
+    """Indices of rows of conditions that are far from each other.
 
     The first row is the one nearest to the mean. Of distances that are equal but for rounding the
     first row counts.
@@ -461,22 +466,21 @@ def spread_out(conditions: FloatArray, wanted_count: int) -> IndexArray:
     return np.sort(np.array(chosen_rows, dtype=np.int64))
 
 
-def _in_blocks(curve_indices: IndexArray, group_of_curve: IndexArray) -> list[IndexArray]:
-    """Curves in blocks of about `_CURVES_AT_ONCE` groups; all curves of a group are in one block.
+def _curve_blocks(curve_indices: IndexArray, group_of_curve: IndexArray) -> list[IndexArray]:
+    """Curves in blocks of about `_CURVES_AT_ONCE` curves; all curves of a group are in one block.
 
     Args:
         curve_indices: Indices of curves, shape (curves,).
         group_of_curve: Index of the group of each of them, in ascending order, shape (curves,).
     """
-    begins_group = np.diff(group_of_curve, prepend=-1) > 0
-    group_starts = np.flatnonzero(begins_group)
+    group_starts = np.flatnonzero(np.diff(group_of_curve, prepend=-1) > 0)
     block_of_group = group_starts // _CURVES_AT_ONCE
-    begins = group_starts[np.diff(block_of_group, prepend=-1) > 0]
-    return np.split(curve_indices, begins[1:])
+    block_starts = group_starts[np.diff(block_of_group, prepend=-1) > 0]
+    return np.split(curve_indices, block_starts[1:])
 
 
 def _rows_by_group(group_of_row: IndexArray) -> list[IndexArray]:
     """Rows of each group that has rows, in the order of the groups; one array per group."""
     rows_by_group = np.argsort(group_of_row, kind="stable")
-    begins = np.flatnonzero(np.diff(group_of_row[rows_by_group])) + 1
-    return np.split(rows_by_group, begins)
+    group_starts = np.flatnonzero(np.diff(group_of_row[rows_by_group])) + 1
+    return np.split(rows_by_group, group_starts)

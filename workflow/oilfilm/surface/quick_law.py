@@ -14,14 +14,14 @@ from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements
 from oilfilm.traction.law import Law
 
-# Number of starts of the search, so that one poor optimum does not matter.
-_STARTS = 6
-# Largest size of an exponent at the starts: those of traction are hardly larger.
-_LARGEST_FIRST_EXPONENT = 1.5
+# Number of searches from different starts, so that one poor optimum does not matter.
+_START_COUNT = 6
+# Largest absolute value of an exponent at the starts: those of traction are hardly larger.
+_LARGEST_START_EXPONENT = 1.5
 # Residuals of ln mu far above this one count less: a bad curve must not pull the law away.
 _USUAL_RESIDUAL = 0.1
-# Largest number of evaluations of a search.
-_STEPS = 60
+# Largest number of evaluations of the residuals in a search.
+_MAX_EVALUATIONS = 60
 
 
 def quick_law(
@@ -32,13 +32,13 @@ def quick_law(
     Exponents of conditions with one level are 0 and are not free.
 
     Args:
-        law: A law by the maximum Hertz pressure, the speed and the temperature.
+        law: A law of the maximum Hertz pressure, the speed and the temperature.
         measurements: The points.
         smallest_mu: Points with a smaller mu are left out.
         start_fit: A fit to nearly the same points, at which the search starts.
 
     Raises:
-        ValueError: No point has as much traction.
+        ValueError: No point has a mu of `smallest_mu` or more.
     """
     is_clear = measurements.mu >= smallest_mu
     if not is_clear.any():
@@ -48,7 +48,7 @@ def quick_law(
     conditions = measurements.point_conditions[is_clear]
     slip = measurements.slip[is_clear]
     measured_log_mu = np.log(measurements.mu[is_clear])
-    is_free = _free(law, measurements)
+    is_free = _is_free(law, measurements)
     lower = np.array([constant.lower for constant in law.constants])
     upper = np.array([constant.upper for constant in law.constants])
 
@@ -76,14 +76,14 @@ def quick_law(
             x_scale="jac",
             loss="soft_l1",
             f_scale=_USUAL_RESIDUAL,
-            max_nfev=_STEPS,
+            max_nfev=_MAX_EVALUATIONS,
         )
         searches.append(search)
     best_index = int(first_smallest([search.cost for search in searches]))
     return law_with_free(searches[best_index].x)
 
 
-def _free(law: Law, measurements: Measurements) -> BoolArray:
+def _is_free(law: Law, measurements: Measurements) -> BoolArray:
     """Whether each constant is fitted, shape (constants,)."""
     varies = measurements.level_numbers().max(axis=0) > 0
     groups_vary = dict(zip(law.groups, law.varied_groups(varies), strict=True))
@@ -96,15 +96,17 @@ def _free(law: Law, measurements: Measurements) -> BoolArray:
 
 def _starts(law: Law) -> list[FloatArray]:
     """Internal constants at which searches start."""
-    random = generator(0, "quick law", law.name)
+    random_generator = generator(0, "quick law", law.name)
     starts = []
-    for _ in range(_STARTS):
+    for _ in range(_START_COUNT):
         constants = []
         for constant in law.constants:
             if constant.condition is None:
                 lowest = max(constant.lower, constant.start_lower)
-                constants.append(random.uniform(lowest, constant.upper))
+                constants.append(random_generator.uniform(lowest, constant.upper))
             else:
-                constants.append(random.uniform(-_LARGEST_FIRST_EXPONENT, _LARGEST_FIRST_EXPONENT))
+                constants.append(
+                    random_generator.uniform(-_LARGEST_START_EXPONENT, _LARGEST_START_EXPONENT)
+                )
         starts.append(np.array(constants))
     return starts

@@ -17,13 +17,23 @@ import numpy as np
 import scipy.linalg
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, LogMu, RunErrorSizes, effect_design
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, LogMu, effect_design
 from oilfilm.surface.interval import IntervalFactors, allowed_level, interval_factors
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, scaled_conditions, scaled_slip
-from oilfilm.surface.pair_covariance import PairCovariance, PairSizes, most_likely_pair, pair_priors
-from oilfilm.surface.posterior import LeftOut, coordinates_by_group, smooth_variance, spread_out
+from oilfilm.surface.pair_covariance import (
+    PairCovariance,
+    PairSizes,
+    most_likely_pair_sizes,
+    pair_priors,
+)
+from oilfilm.surface.posterior import (
+    LeftOutCurves,
+    coordinates_by_group,
+    farthest_point_selection,
+    smooth_variance,
+)
 from oilfilm.surface.reduction import (
     ReducedCurves,
     box_of,
@@ -35,10 +45,10 @@ from oilfilm.surface.reduction import (
 from oilfilm.surface.support import SAME_SLIP, SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
-# Number of conditions, far from each other, that stand for all in the answer.
-LARGEST_DENSE = 120
-# Number of those that stand for all in the search of sizes.
-_CONDITIONS_FOR_SIZES = 30
+# Number of representative conditions, far from each other, to whose runs the ratio is fitted.
+_CONDITION_COUNT_FOR_RATIO = 120
+# Number of those at which the sizes are searched.
+_CONDITION_COUNT_FOR_SIZES = 30
 
 
 @dataclass(frozen=True)
@@ -55,8 +65,8 @@ class OilOfPair:
 
 
 @dataclass(frozen=True)
-class PairedRuns:
-    """The points of two oils.
+class RunsOfPair:
+    """The runs of two oils, as points; a run needs no partner.
 
     Attributes:
         first: Points of the first oil, in canonical order.
@@ -102,35 +112,39 @@ class PairedRuns:
         has_second = np.bincount(conditions_of_second, minlength=condition_count) > 0
         return has_first & has_second
 
-    def share_runs(self) -> bool:
-        """Whether a curve of one oil has the values of a curve of the other."""
+    def has_common_runs(self) -> bool:
+        """Whether a curve of one oil has the same mu as a curve of the other."""
         return not _mu_of_curves(self.first).isdisjoint(_mu_of_curves(self.second))
 
-    def standing_for_all(self, condition_count: int) -> "PairedRuns":
+    def at_representative_conditions(self, condition_count: int) -> "RunsOfPair":
         """The points at some conditions that are far from each other; all points if there are few.
 
-        Conditions of both oils come first.
+        Conditions that were tested with both oils are chosen first.
         """
         is_paired = self.is_paired()
         if len(is_paired) <= condition_count:
             return self
         _, first_curves = np.unique(self.condition_of_curve, return_index=True)
-        centres = scaled_conditions(self.stacked.conditions[first_curves])
+        row_of_condition = scaled_conditions(self.stacked.conditions[first_curves])
         chosen_conditions = np.empty(0, dtype=np.int64)
         for condition_indices in (np.flatnonzero(is_paired), np.flatnonzero(~is_paired)):
             remaining_count = condition_count - len(chosen_conditions)
             if len(condition_indices) and remaining_count:
                 chosen_conditions = np.append(
                     chosen_conditions,
-                    condition_indices[spread_out(centres[condition_indices], remaining_count)],
+                    condition_indices[
+                        farthest_point_selection(
+                            row_of_condition[condition_indices], remaining_count
+                        )
+                    ],
                 )
         is_chosen = np.isin(self.condition_of_curve, chosen_conditions)
-        return PairedRuns(
+        return RunsOfPair(
             self.first.select_curves(np.flatnonzero(is_chosen[self.oil_of_curve == 0])),
             self.second.select_curves(np.flatnonzero(is_chosen[self.oil_of_curve == 1])),
         )
 
-    def clear_of_zero(self, zero_sd: float) -> "PairedRuns":
+    def clear_of_zero(self, zero_sd: float) -> "RunsOfPair":
         """The points that are clear of zero traction, where ln mu is safe.
 
         Raises:
@@ -145,22 +159,24 @@ class PairedRuns:
                     "the unit of mu and the zero of the rig"
                 )
             clear_measurements.append(measurements.select_points(is_clear))
-        return PairedRuns(*clear_measurements)
+        return RunsOfPair(*clear_measurements)
 
     def reduced_curves(
-        self, law: FreeLaw, log_mu: tuple[LogMu, LogMu], zero_sd: float
+        self, law: FreeLaw, log_mu_of_oils: tuple[LogMu, LogMu], zero_sd: float
     ) -> ReducedCurves:
         """The curves of both oils as coordinates.
 
         Args:
             law: The law about which both are described.
-            log_mu: ln mu of each oil by its present surface or law.
+            log_mu_of_oils: ln mu of each oil by its present surface or law.
             zero_sd: Standard deviation of the zero, as a traction coefficient.
         """
         # departure, effects and remainder depend on the oil, and are replaced below
         curves = reduced_curves(self.stacked, law, law.log_mu, zero_sd, box_of(self.stacked))
         departures, designs = [], []
-        for measurements, log_mu_of_oil in zip((self.first, self.second), log_mu, strict=True):
+        for measurements, log_mu_of_oil in zip(
+            (self.first, self.second), log_mu_of_oils, strict=True
+        ):
             law_log_mu = law.log_mu(measurements.point_conditions, measurements.slip)
             departures.append(response(measurements, log_mu_of_oil, zero_sd) - law_log_mu)
             designs.append(
@@ -185,14 +201,14 @@ class RatioPrediction:
 
     Attributes:
         ratio: mu of the second oil over that of the first, shape (points,).
-        sd: Standard deviation of its logarithm, shape (points,).
+        ln_ratio_sd: Standard deviation of its natural logarithm, shape (points,).
         support_codes: Code of `oilfilm.surface.support.Support`, shape (points,).
         is_outside: Whether a point is beyond the tested conditions or slips of an oil, shape
             (points,).
     """
 
     ratio: FloatArray
-    sd: FloatArray
+    ln_ratio_sd: FloatArray
     support_codes: IndexArray
     is_outside: BoolArray
 
@@ -202,8 +218,8 @@ class RatioPrediction:
         Args:
             factor: `point` or `curve` of `IntervalFactors`.
         """
-        log_half = np.where(self.support_codes == 0, factor * self.sd, np.nan)
-        return self.ratio * np.exp(-log_half), self.ratio * np.exp(log_half)
+        ln_half_width = np.where(self.support_codes == 0, factor * self.ln_ratio_sd, np.nan)
+        return self.ratio * np.exp(-ln_half_width), self.ratio * np.exp(ln_half_width)
 
 
 @dataclass(frozen=True)
@@ -222,7 +238,7 @@ class RatioSurface:
 
     law: FreeLaw
     covariance: PairCovariance
-    runs: PairedRuns
+    runs: RunsOfPair
     sign: int
     limits: SurfaceLimits
     converged: bool
@@ -244,16 +260,18 @@ class RatioSurface:
         targets = coordinates_at_points(
             self.law, covariance.common_covariance.box, conditions, slip
         )
-        across = covariance.ratio_covariance_at(targets)
-        whitened_across = scipy.linalg.solve_triangular(
-            self.covariance_factor, across.T, lower=True
+        cross_covariance = covariance.ratio_covariance_at(targets)
+        whitened_cross_covariance = scipy.linalg.solve_triangular(
+            self.covariance_factor, cross_covariance.T, lower=True
         )
-        variance = smooth_variance(covariance.ratio_covariance, covariance.as_ratio(targets))
-        sd = np.sqrt(variance - np.sum(whitened_across**2, axis=0))
+        variance = smooth_variance(
+            covariance.ratio_covariance, covariance.with_ratio_slopes(targets)
+        )
+        ln_ratio_sd = np.sqrt(variance - np.sum(whitened_cross_covariance**2, axis=0))
         return RatioPrediction(
-            ratio=np.exp(self.sign * (across @ self.weights)),
-            sd=sd,
-            support_codes=self._support(conditions, slip, sd),
+            ratio=np.exp(self.sign * (cross_covariance @ self.weights)),
+            ln_ratio_sd=ln_ratio_sd,
+            support_codes=self._support_codes(conditions, slip, ln_ratio_sd),
             is_outside=self._is_outside(conditions, slip),
         )
 
@@ -265,7 +283,7 @@ class RatioSurface:
         """
         return _interval_factors(self)
 
-    def left_out(self) -> list[LeftOut]:
+    def leave_conditions_out(self) -> list[LeftOutCurves]:
         """The runs of each oil at each condition, as all other runs predict them.
 
         Where the other oil was tested at the condition, its runs there predict them with the ratio
@@ -273,9 +291,9 @@ class RatioSurface:
         """
         condition_and_oil = 2 * self.runs.condition_of_curve + self.runs.oil_of_curve
         _, group_of_curve = np.unique(condition_and_oil, return_inverse=True)
-        inverse = self._solved(np.eye(len(self.weights)))
+        inverse = self._inverse_times(np.eye(len(self.weights)))
         return [
-            LeftOut(
+            LeftOutCurves(
                 coordinate_indices,
                 inverse[np.ix_(coordinate_indices, coordinate_indices)],
                 self.weights[coordinate_indices],
@@ -305,13 +323,15 @@ class RatioSurface:
     @cached_property
     def weights(self) -> FloatArray:
         """K^-1 y, shape (coordinates,)."""
-        return self._solved(self.covariance.common_covariance.curves.departure)
+        return self._inverse_times(self.covariance.common_covariance.curves.departure)
 
-    def _solved(self, vectors: FloatArray) -> FloatArray:
+    def _inverse_times(self, vectors: FloatArray) -> FloatArray:
         """K^-1 times vectors."""
         return np.asarray(scipy.linalg.cho_solve((self.covariance_factor, True), vectors))
 
-    def _support(self, conditions: FloatArray, slip: FloatArray, sd: FloatArray) -> IndexArray:
+    def _support_codes(
+        self, conditions: FloatArray, slip: FloatArray, ln_ratio_sd: FloatArray
+    ) -> IndexArray:
         """Code of `Support` of each point; where an oil has no support, its reason counts."""
         codes_of_oils = []
         for measurements in (self.runs.first, self.runs.second):
@@ -321,10 +341,10 @@ class RatioSurface:
                     self.limits,
                     SlipCoverage.from_measurements(measurements),
                     slip,
-                    sd,
+                    ln_ratio_sd,
                     # the ratio has no constants that could be at a bound
                     np.empty((len(slip), 0)),
-                    box.ranges_beyond(box.centred(scaled_conditions(conditions))),
+                    box.distance_in_ranges(box.centred(scaled_conditions(conditions))),
                 )
             )
         return np.maximum(*codes_of_oils)
@@ -337,7 +357,7 @@ class RatioSurface:
         for measurements in (self.runs.first, self.runs.second):
             box = box_of(measurements)
             distance_beyond = np.maximum(box.lowest - scaled, scaled - box.highest)
-            is_outside |= np.any(distance_beyond > box.level_widths, axis=1)
+            is_outside |= np.any(distance_beyond > box.scaled_level_widths, axis=1)
             # without slip each mu is 0, which needs no test; their ratio there is not known
             tested_slip = scaled_slip(measurements.slip)
             is_outside |= new_slip < tested_slip.min() - SAME_SLIP
@@ -353,7 +373,7 @@ def _interval_factors(ratio_surface: RatioSurface) -> IntervalFactors:
         ratio_surface.covariance.common_covariance,
         runs.stacked.curve_of_point,
         runs.condition_of_curve,
-        ratio_surface.left_out(),
+        ratio_surface.leave_conditions_out(),
         wanted_level,
     )
     paired_count = int(np.count_nonzero(runs.is_paired()))
@@ -364,50 +384,52 @@ def _interval_factors(ratio_surface: RatioSurface) -> IntervalFactors:
 def fit_ratio(
     first: OilOfPair,
     second: OilOfPair,
-    errors: RunErrorSizes | None = None,
+    error_priors: ErrorPriors | None = None,
     limits: SurfaceLimits | None = None,
 ) -> RatioSurface:
     """The ratio of mu of the second oil to that of the first.
 
-    A first surface takes the points clear of zero traction, the slopes of the laws and the sizes
-    that are expected before the data. The second one takes all points, and the slopes of the first.
+    A first surface takes the points clear of zero traction, the slopes of the laws and the prior
+    medians of the sizes. The second one takes all points, and the slopes of the first.
 
     Args:
         first: The oil with which the other is compared.
         second: The other oil.
-        errors: Sizes of the errors of the rig, before the data.
+        error_priors: Priors of the sizes of the errors of the rig.
         limits: What an answer must fulfil.
 
     Raises:
         ValueError: A run belongs to both oils, or an oil has no point clear of zero traction.
     """
-    errors, limits = errors or RunErrorSizes(), limits or SurfaceLimits()
+    error_priors, limits = error_priors or ErrorPriors(), limits or SurfaceLimits()
     (leading, other), sign = _in_canonical_order(first, second)
     law = leading.law
-    runs = PairedRuns(leading.measurements, other.measurements)
-    if runs.share_runs():
+    runs = RunsOfPair(leading.measurements, other.measurements)
+    if runs.has_common_runs():
         raise ValueError("a run belongs to both oils; a ratio needs other runs for each oil")
-    sample = runs.standing_for_all(_CONDITIONS_FOR_SIZES)
-    size_priors, zero_sd = pair_priors(errors), errors.zero.median
+    sample = runs.at_representative_conditions(_CONDITION_COUNT_FOR_SIZES)
+    size_priors, zero_sd = pair_priors(error_priors), error_priors.zero.median
 
     clear = sample.clear_of_zero(zero_sd)
     curves = clear.reduced_curves(law, (leading.law.log_mu, other.law.log_mu), zero_sd)
-    expected = PairSizes.from_logarithms(np.log([prior.median for prior in size_priors]))
-    pilot = RatioSurface(law, _covariance(clear, curves, expected), clear, sign, limits, True)
-    log_mu = (pilot.log_mu_of(0), pilot.log_mu_of(1))
+    prior_sizes = PairSizes.from_logarithms(np.log([prior.median for prior in size_priors]))
+    pilot = RatioSurface(law, _covariance(clear, curves, prior_sizes), clear, sign, limits, True)
+    log_mu_of_oils = (pilot.log_mu_of(0), pilot.log_mu_of(1))
 
-    curves = sample.reduced_curves(law, log_mu, zero_sd)
-    most_likely = most_likely_pair(lambda sizes: _covariance(sample, curves, sizes), size_priors)
+    curves = sample.reduced_curves(law, log_mu_of_oils, zero_sd)
+    most_likely = most_likely_pair_sizes(
+        lambda sizes: _covariance(sample, curves, sizes), size_priors
+    )
     # a rig may have a larger zero than it states: more points are then near zero
-    zero_sd = max(zero_sd, float(np.exp(most_likely.logarithms[EFFECTS.index("zero")])))
-    runs = runs.standing_for_all(LARGEST_DENSE)
-    curves = runs.reduced_curves(law, log_mu, zero_sd)
+    zero_sd = max(zero_sd, float(np.exp(most_likely.logarithms[EFFECT_NAMES.index("zero")])))
+    runs = runs.at_representative_conditions(_CONDITION_COUNT_FOR_RATIO)
+    curves = runs.reduced_curves(law, log_mu_of_oils, zero_sd)
     sizes = PairSizes.from_logarithms(most_likely.logarithms).with_caution()
     covariance = _covariance(runs, curves, sizes)
     return RatioSurface(law, covariance, runs, sign, limits, most_likely.converged)
 
 
-def _covariance(runs: PairedRuns, curves: ReducedCurves, sizes: PairSizes) -> PairCovariance:
+def _covariance(runs: RunsOfPair, curves: ReducedCurves, sizes: PairSizes) -> PairCovariance:
     """Covariance of the curves of some runs."""
     return PairCovariance.from_curves(curves, box_of(runs.stacked), runs.oil_of_curve, sizes)
 
@@ -434,7 +456,7 @@ def _sort_key(measurements: Measurements) -> tuple[float, ...]:
 
 
 def _mu_of_curves(measurements: Measurements) -> set[tuple[float, ...]]:
-    """The values of mu of each curve, in ascending order."""
+    """The values of mu of each curve, in ascending order, as a set of curves."""
     order = np.lexsort([measurements.mu, measurements.curve_of_point])
     ends = np.cumsum(np.bincount(measurements.curve_of_point))[:-1]
     return {tuple(values) for values in np.split(measurements.mu[order], ends)}

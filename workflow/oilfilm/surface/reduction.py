@@ -15,9 +15,9 @@ import scipy.linalg
 import scipy.sparse
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, LogMu, effect_design
+from oilfilm.surface.effects import EFFECT_NAMES, LogMu, effect_design
 from oilfilm.surface.form_bends import form_bends
-from oilfilm.surface.kernels import SLIP_LENGTH, ConditionBox, matern
+from oilfilm.surface.kernels import SLIP_LENGTH_PRIOR, ConditionBox, matern
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.measurements import (
     Measurements,
@@ -26,19 +26,19 @@ from oilfilm.surface.measurements import (
     scaled_slip,
 )
 
-# With fewer coordinates, kinks of a curve count as noise.
-_COORDINATES = 9
+# Largest number of coordinates of a curve. With fewer, kinks of a curve count as noise.
+_MAX_COORDINATES = 9
 # Spacing of the nodes that replace many different slips. Cubic interpolation over it changes a
 # correlation of the usual length by less than 1e-6.
 _NODE_SPACING = 0.05
 # Number of curves whose slopes are computed at once. A slope of all points takes three times the
 # memory of the same slope of all coordinates, and there are about ten slopes.
 _CURVES_AT_ONCE = 1000
-# mu is near zero if it is below this number of standard deviations of the zero.
-_NEAR_ZERO = 10.0
+# mu is near zero if it is below this factor times the error of the zero.
+_NEAR_ZERO_FACTOR = 10.0
 
 # Column of the gain in `ReducedCurves.effects`.
-_GAIN = EFFECTS.index("gain")
+_GAIN_COLUMN = EFFECT_NAMES.index("gain")
 # Rig number of a value on another rig than those of the data: it has the gain of none of them.
 ANOTHER_RIG = -1
 
@@ -47,14 +47,15 @@ ANOTHER_RIG = -1
 SlipWeights = FloatArray | scipy.sparse.csr_array
 
 
-def is_near_zero(mu: FloatArray, zero_sd: float) -> BoolArray:
+def is_near_zero(mu: FloatArray, zero_error: float) -> BoolArray:
     """Whether each mu is so small that ln mu is not nearly linear in the error of the zero.
 
     Args:
         mu: Measured traction coefficients.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
     """
-    return mu < _NEAR_ZERO * zero_sd
+    return mu < _NEAR_ZERO_FACTOR * zero_error
 
 
 @dataclass(frozen=True)
@@ -69,7 +70,7 @@ class Coordinates:
         slips: Scaled slips, shape (slips,).
         weights: Weight of each of `slips` in each coordinate, shape (coordinates, slips).
         law_slopes: Slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
-        gain: Change by a gain of 1, shape (coordinates,).
+        gain: Change of each coordinate by a gain of 1, shape (coordinates,).
         rig_of_coordinate: Number of the rig, or `ANOTHER_RIG`, shape (coordinates,).
     """
 
@@ -81,7 +82,7 @@ class Coordinates:
     gain: FloatArray
     rig_of_coordinate: IndexArray
 
-    def rig_products(self, other: "Coordinates") -> FloatArray:
+    def rig_gain_products(self, other: "Coordinates") -> FloatArray:
         """Products of the gains of two coordinates; 0 where they are not of one rig of the data.
 
         Args:
@@ -186,7 +187,7 @@ class ReducedCurves:
         With many curves it would be the largest array; `select_coordinates` makes only the rows
         that it needs.
         """
-        projection = weighted(self.transposed_vectors, self.weight_of_point)
+        projection = weighted_projection(self.transposed_vectors, self.weight_of_point)
         return np.asarray((projection @ self.slip_weights_of_points).toarray())
 
     @cached_property
@@ -205,16 +206,16 @@ class ReducedCurves:
 
     @cached_property
     def gain_products_of_rigs(self) -> FloatArray:
-        """See `Coordinates.rig_products`, shape (coordinates, coordinates)."""
+        """See `Coordinates.rig_gain_products`, shape (coordinates, coordinates)."""
         all_coordinates = self.select_coordinates(np.arange(len(self.curve_of_coordinate)))
-        return all_coordinates.rig_products(all_coordinates)
+        return all_coordinates.rig_gain_products(all_coordinates)
 
     @property
     def gains_by_rig(self) -> FloatArray:
         """Change of each coordinate by a gain of 1 of each rig, shape (coordinates, rigs)."""
         rig_of_coordinate = self.rig_of_curve[self.curve_of_coordinate]
         is_of_rig = np.equal.outer(rig_of_coordinate, rigs_by_first_curve(self.rig_of_curve))
-        return self.effects[:, [_GAIN]] * is_of_rig
+        return self.effects[:, [_GAIN_COLUMN]] * is_of_rig
 
     @property
     def residual_freedom(self) -> int:
@@ -227,7 +228,9 @@ class ReducedCurves:
         curve_indices, condition_of_coordinate = np.unique(
             self.curve_of_coordinate[coordinate_indices], return_inverse=True
         )
-        projection = weighted(self.transposed_vectors[coordinate_indices], self.weight_of_point)
+        projection = weighted_projection(
+            self.transposed_vectors[coordinate_indices], self.weight_of_point
+        )
         weights = (projection @ self.slip_weights_of_points).toarray()
         used_slips = np.flatnonzero(np.any(weights != 0, axis=0))
         return Coordinates(
@@ -236,7 +239,7 @@ class ReducedCurves:
             slips=self.slips[used_slips],
             weights=weights[:, used_slips],
             law_slopes=self.law_slopes[coordinate_indices],
-            gain=self.effects[coordinate_indices, _GAIN],
+            gain=self.effects[coordinate_indices, _GAIN_COLUMN],
             rig_of_coordinate=self.rig_of_curve[self.curve_of_coordinate[coordinate_indices]],
         )
 
@@ -263,8 +266,8 @@ class ReducedCurves:
         """V of all curves on its diagonal, shape (points, coordinates)."""
         return self.transposed_vectors.T
 
-    def left_by_vectors(self, values: FloatArray) -> FloatArray:
-        """What V leaves of values at the points, shape (points,)."""
+    def remainder_of(self, values: FloatArray) -> FloatArray:
+        """What V leaves of values at the points, as `remainder` for the departure, (points,)."""
         return np.asarray(values - self.vectors @ (self.transposed_vectors @ values))
 
     def covariance_from_slips(self, slip_covariance: FloatArray) -> FloatArray:
@@ -303,7 +306,7 @@ def box_of(measurements: Measurements) -> ConditionBox:
     )
 
 
-def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> FloatArray:
+def response(measurements: Measurements, log_mu: LogMu, zero_error: float) -> FloatArray:
     """What a surface is fitted to: ln mu of each point, linearised near zero, shape (points,).
 
     Near zero traction it is ln m + (mu - m)/m, where m is mu of the present surface. The law alone
@@ -312,9 +315,10 @@ def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> Float
     Args:
         measurements: The points.
         log_mu: ln mu of the present surface, from conditions and slips.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
     """
-    is_linear = is_near_zero(measurements.mu, zero_sd)
+    is_linear = is_near_zero(measurements.mu, zero_error)
     log_mu_of_point = np.log(np.where(is_linear, 1.0, measurements.mu))
     if is_linear.any():
         conditions = measurements.point_conditions[is_linear]
@@ -325,23 +329,24 @@ def response(measurements: Measurements, log_mu: LogMu, zero_sd: float) -> Float
     return log_mu_of_point
 
 
-def above_zero(log_mu: LogMu, zero_sd: float) -> LogMu:
-    """ln mu of a surface, at least that of the error of the zero: below it a surface tells nothing.
+def floored_log_mu(log_mu: LogMu, zero_error: float) -> LogMu:
+    """ln mu of a surface, not below ln of the error of the zero: below it a surface tells nothing.
 
     Args:
         log_mu: ln mu of the surface, from conditions and slips.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
     """
 
-    def log_mu_above_zero(conditions: FloatArray, slip: FloatArray) -> FloatArray:
+    def bounded_log_mu(conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """ln mu at points, shape (points,)."""
-        return np.maximum(log_mu(conditions, slip), np.log(zero_sd))
+        return np.maximum(log_mu(conditions, slip), np.log(zero_error))
 
-    return log_mu_above_zero
+    return bounded_log_mu
 
 
 def reduced_curves(
-    measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_sd: float, box: ConditionBox
+    measurements: Measurements, law: FreeLaw, log_mu: LogMu, zero_error: float, box: ConditionBox
 ) -> ReducedCurves:
     """The curves as coordinates.
 
@@ -349,17 +354,18 @@ def reduced_curves(
         measurements: The points, in canonical order.
         law: The law.
         log_mu: ln mu of the present surface, from conditions and slips.
-        zero_sd: Standard deviation of the zero, as a traction coefficient.
+        zero_error: Size of the error of the zero, as a traction coefficient: its standard
+            deviation, or the largest error in which ln mu shall be linear.
         box: The box of the tested conditions.
     """
-    present_log_mu = above_zero(log_mu, zero_sd)
+    present_log_mu = floored_log_mu(log_mu, zero_error)
     conditions, slip = measurements.point_conditions, measurements.slip
     if measurements.noise_ratio is None:
         weight_of_point = np.ones(len(slip))
     else:
         weight_of_point = 1 / measurements.noise_ratio
     weighted_departure = weight_of_point * (
-        response(measurements, present_log_mu, zero_sd) - law.log_mu(conditions, slip)
+        response(measurements, present_log_mu, zero_error) - law.log_mu(conditions, slip)
     )
     scaled_slips = scaled_slip(slip)
     slips, slip_weights_of_points = slip_nodes(scaled_slips)
@@ -375,7 +381,7 @@ def reduced_curves(
         point_block = slice(*np.searchsorted(measurements.curve_of_point, curve_limits))
         coordinate_block = slice(*np.searchsorted(curve_of_coordinate, curve_limits))
         # V' W
-        projection = weighted(
+        projection = weighted_projection(
             transposed_vectors[coordinate_block, point_block], weight_of_point[point_block]
         )
         block_conditions = conditions[point_block]
@@ -400,7 +406,7 @@ def reduced_curves(
     )
 
 
-def weighted(
+def weighted_projection(
     transposed_vectors: scipy.sparse.csr_array, weight_of_point: FloatArray
 ) -> scipy.sparse.csr_array:
     """V' W of some coordinates, shape (coordinates, points).
@@ -426,7 +432,7 @@ def _vectors_of_curves(
     """
     point_counts = np.bincount(measurements.curve_of_point)
     end_of_curve = np.cumsum(point_counts)
-    coordinate_counts = np.minimum(point_counts, _COORDINATES)
+    coordinate_counts = np.minimum(point_counts, _MAX_COORDINATES)
     curve_of_coordinate = np.repeat(np.arange(len(point_counts)), coordinate_counts)
     # The sparse matrix is built from its entries, with indices of 4 bytes: one array per curve
     # would take several times the memory.
@@ -514,10 +520,10 @@ def _leading_vectors(scaled_slips: FloatArray, weight_of_point: FloatArray) -> F
         weight_of_point: Their weights.
     """
     point_count = len(scaled_slips)
-    if point_count <= _COORDINATES:
+    if point_count <= _MAX_COORDINATES:
         return np.eye(point_count)
-    distance = np.subtract.outer(scaled_slips, scaled_slips) / SLIP_LENGTH.median
+    distance = np.subtract.outer(scaled_slips, scaled_slips) / SLIP_LENGTH_PRIOR.median
     _, vectors = scipy.linalg.eigh(
         (1 + matern(distance)) * np.outer(weight_of_point, weight_of_point)
     )
-    return vectors[:, -_COORDINATES:]
+    return vectors[:, -_MAX_COORDINATES:]

@@ -6,7 +6,7 @@ most likely sizes is over their logarithms.
 
 Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 
-Decides: what is known of the misfit of a law before the data.
+Decides: the prior of the misfit of a law.
 """
 
 from collections.abc import Callable
@@ -20,13 +20,13 @@ import scipy
 import scipy.linalg
 
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.effects import EFFECTS, LogNormal, RunErrorSizes
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, LogNormal
 from oilfilm.surface.kernels import (
-    CONDITION_LENGTH,
-    INTERACTION,
-    MAIN_EFFECT,
-    SLIP_LENGTH,
-    SLIP_TREND,
+    CONDITION_LENGTH_PRIOR,
+    INTERACTION_PRIOR,
+    MAIN_EFFECT_PRIOR,
+    SLIP_LENGTH_PRIOR,
+    SLIP_TREND_PRIOR,
     ConditionBox,
     ConditionKernel,
     DepartureSizes,
@@ -36,8 +36,8 @@ from oilfilm.surface.kernels import (
 )
 from oilfilm.surface.reduction import ReducedCurves
 
-# Prior of kappa, the misfit of the law, for any law from an exact to a wrong one.
-MISFIT = LogNormal(0.03, 2.0, 1e-4, 3.0)
+# Prior of kappa, the misfit of the law, that allows any law from an exact to a wrong one.
+MISFIT_KAPPA_PRIOR = LogNormal(0.03, 2.0, 1e-4, 3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.
 INTERVAL_KAPPA_PRIOR = LogNormal(0.25, 0.7, 0.12, 3.0)
@@ -112,24 +112,31 @@ def size_names(*, tells_rigs_apart: bool = False) -> tuple[str, ...]:
     lengths = ("length_0", "length_1", "length_2")
     departure = ("kappa", *mains, "interaction", "slip_length", *lengths, "slip_trend")
     rig_names = (_RIG_GAIN,) if tells_rigs_apart else ()
-    return (*EFFECTS, "noise", *departure, *rig_names)
+    return (*EFFECT_NAMES, "noise", *departure, *rig_names)
 
 
 def priors(
-    errors: RunErrorSizes, kappa: LogNormal, *, tells_rigs_apart: bool = False
+    error_priors: ErrorPriors, kappa_prior: LogNormal, *, tells_rigs_apart: bool = False
 ) -> tuple[LogNormal, ...]:
-    """What is known of each size before the data, in the order of `size_names`.
+    """The prior of each size, in the order of `size_names`.
 
     Args:
-        errors: Sizes of the errors of runs and rigs.
-        kappa: Size of the departure from the law.
+        error_priors: Priors of the sizes of the errors of runs and rigs.
+        kappa_prior: Prior of kappa, the size of the departure from the law.
         tells_rigs_apart: Whether rigs are told apart.
     """
-    mains = (MAIN_EFFECT,) * 3
-    lengths = (CONDITION_LENGTH,) * 3
-    departure = (kappa, *mains, INTERACTION, SLIP_LENGTH, *lengths, SLIP_TREND)
-    rig_priors = (errors.rig_gain,) if tells_rigs_apart else ()
-    return (*errors.run_and_noise_sizes(), *departure, *rig_priors)
+    mains = (MAIN_EFFECT_PRIOR,) * 3
+    lengths = (CONDITION_LENGTH_PRIOR,) * 3
+    departure = (
+        kappa_prior,
+        *mains,
+        INTERACTION_PRIOR,
+        SLIP_LENGTH_PRIOR,
+        *lengths,
+        SLIP_TREND_PRIOR,
+    )
+    rig_priors = (error_priors.rig_gain,) if tells_rigs_apart else ()
+    return (*error_priors.run_and_noise_priors(), *departure, *rig_priors)
 
 
 _WITHOUT_RIGS = len(size_names())
@@ -214,7 +221,7 @@ class CurveCovariance:
         effect_slopes = (
             2 * self.sizes.effects**2 * (weight[curves.coordinate_pairs] @ curves.effect_products)
         )
-        slopes_by_size_name.update(zip(EFFECTS, effect_slopes, strict=True))
+        slopes_by_size_name.update(zip(EFFECT_NAMES, effect_slopes, strict=True))
 
         # summed over the coordinates of a curve on one side of the matrix
         weight_by_curve = curves.summed_by_curve(weight * self.size_in_coordinates[:, np.newaxis]).T

@@ -2,13 +2,13 @@
 
 The gain of a rig is the relative error of traction force that all its runs share. The gains of rigs
 are normally distributed. Their standard deviation s is not known exactly: a few rigs show it in
-part, and something is known before the data. With n gains that the data resolve, the density of
+part, and there is a prior. With n gains that the data resolve, the density of
 ln s is
 
     p(ln s) ~ s^-n exp(-n v / (2 s^2)) exp(-(ln s - ln m)^2 / (2 r^2)),
 
-where v is the mean square of the resolved gains, m the median of s before the data, and r the
-standard deviation of ln s before the data. The last factor is the prior of s, and p its posterior.
+where v is the mean square of the resolved gains, m the prior median of s, and r the prior standard
+deviation of ln s. The last factor is the prior of s, and p its posterior.
 The gain of another rig is a mixture of normal distributions over this posterior. With a flat prior
 of ln s the gain follows Student's t with n degrees of freedom. Without resolved gains (n = 0) the
 posterior is the prior.
@@ -28,10 +28,10 @@ from oilfilm.surface.effects import LogNormal
 from oilfilm.surface.interval import normal_factor
 
 # Number of standard deviations s at which the posterior is evaluated.
-_GRID_POINTS = 2001
+_GRID_POINT_COUNT = 2001
 
 
-def resolved_count(covariance: FloatArray) -> float:
+def resolved_gain_count(covariance: FloatArray) -> float:
     """Number of gains of rigs that the data resolve.
 
     It is half of the Fisher information on ln s. Of rigs that all ran the same conditions it is one
@@ -46,14 +46,14 @@ def resolved_count(covariance: FloatArray) -> float:
 
 
 def factor_of_another_rig(
-    gain_sd: float, resolved_rigs: float, before_data: LogNormal, level: float
+    gain_sd: float, gain_count: float, gain_sd_prior: LogNormal, level: float
 ) -> float:
     """Factor on the standard deviation of the gains, for the gain of another rig.
 
     Args:
         gain_sd: The most likely standard deviation s.
-        resolved_rigs: Number of gains that the data resolve, as `resolved_count` gives it.
-        before_data: What is known of s before the data.
+        gain_count: Number of gains that the data resolve, as `resolved_gain_count` gives it.
+        gain_sd_prior: Prior of s.
         level: Share of other rigs that the interval should hold.
 
     Returns:
@@ -62,13 +62,15 @@ def factor_of_another_rig(
     # Imported late: reading a saved fit does not need SciPy.
     import scipy.optimize  # noqa: PLC0415
 
-    ln_sds = np.linspace(np.log(before_data.smallest), np.log(before_data.largest), _GRID_POINTS)
-    ln_shift = (np.log(gain_sd) - np.log(before_data.median)) / before_data.ln_sd**2
-    sum_of_squares = max(gain_sd**2 * (resolved_rigs + ln_shift), 0.0)
+    ln_sds = np.linspace(
+        np.log(gain_sd_prior.smallest), np.log(gain_sd_prior.largest), _GRID_POINT_COUNT
+    )
+    ln_shift = (np.log(gain_sd) - np.log(gain_sd_prior.median)) / gain_sd_prior.ln_sd**2
+    sum_of_squares = max(gain_sd**2 * (gain_count + ln_shift), 0.0)
     ln_density = (
-        -resolved_rigs * ln_sds
+        -gain_count * ln_sds
         - sum_of_squares / 2 * np.exp(-2 * ln_sds)
-        - ((ln_sds - np.log(before_data.median)) / before_data.ln_sd) ** 2 / 2
+        - ((ln_sds - np.log(gain_sd_prior.median)) / gain_sd_prior.ln_sd) ** 2 / 2
     )
     weights = scipy.special.softmax(ln_density)
     sds = np.exp(ln_sds)
@@ -77,7 +79,7 @@ def factor_of_another_rig(
         """Share of other rigs whose gain is farther from 0 than this one, less the wanted share."""
         return float(weights @ (2 * scipy.special.ndtr(-gain / sds))) - (1 - level)
 
-    nearest = normal_factor(level) * before_data.smallest
-    farthest = normal_factor(level) * before_data.largest
+    nearest = normal_factor(level) * gain_sd_prior.smallest
+    farthest = normal_factor(level) * gain_sd_prior.largest
     quantile = scipy.optimize.brentq(excess_share, nearest, farthest)
     return float(quantile / (normal_factor(level) * gain_sd))

@@ -17,27 +17,27 @@ import numpy as np
 
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effect_likelihood import Information
+from oilfilm.surface.effect_likelihood import EffectInformation
 
-# A season has a phase beside its size. Its phases count as this number of patterns.
-_PHASES = 4
+# A season has a phase beside its size. A free phase counts as this number of patterns.
+_PATTERNS_PER_SEASON = 4
 # Largest number of runs with which pairs of runs are exchanged in the search for a group.
-_LARGEST_WITH_EXCHANGE = 150
-# Number of starts of the search for a group, per order of the runs.
-_STARTS = 3
+_LARGEST_RUN_COUNT_WITH_EXCHANGE = 150
+# Number of starts of the search for a group, for each order of the runs.
+_STARTS_PER_ORDER = 3
 # Largest number of steps of this search.
-_STEPS = 60
+_MAX_STEPS = 60
 # Keeps a quotient finite where the divisor is 0.
-_TINY = 1e-300
-# Number of columns of a root that are summed over patterns at once. All columns at once would take
-# several times the memory of the root.
+_SMALLEST_DIVISOR = 1e-300
+# Number of columns of `EffectInformation.coupling_root` that are summed over patterns at once. All
+# columns at once would take several times its memory.
 _COLUMNS_AT_ONCE = 8
 
 
-def _column_blocks(root: FloatArray) -> Iterator[FloatArray]:
-    """The columns of a root, some at a time."""
-    for first_column in range(0, root.shape[1], _COLUMNS_AT_ONCE):
-        yield root[:, first_column : first_column + _COLUMNS_AT_ONCE]
+def _column_blocks(coupling_root: FloatArray) -> Iterator[FloatArray]:
+    """The columns of `EffectInformation.coupling_root`, some at a time."""
+    for first_column in range(0, coupling_root.shape[1], _COLUMNS_AT_ONCE):
+        yield coupling_root[:, first_column : first_column + _COLUMNS_AT_ONCE]
 
 
 class Patterns(Protocol):
@@ -58,12 +58,14 @@ class Patterns(Protocol):
         """Number of patterns from which chance may choose: a season counts once per phase."""
         ...
 
-    def ratios(self, information: Information, precision: float) -> FloatArray:
+    def twice_ln_likelihood_ratios(
+        self, information: EffectInformation, prior_precision: float
+    ) -> FloatArray:
         """Twice the logarithm of the likelihood ratio of each pattern, shape (patterns,).
 
         Args:
             information: What the points say of the effects.
-            precision: Inverse variance of the size of a change, before the data.
+            prior_precision: Prior inverse variance of the size of a change.
         """
         ...
 
@@ -100,16 +102,20 @@ class GivenPatterns:
         """See `Patterns`."""
         return float(self.count)
 
-    def ratios(self, information: Information, precision: float) -> FloatArray:
+    def twice_ln_likelihood_ratios(
+        self, information: EffectInformation, prior_precision: float
+    ) -> FloatArray:
         """See `Patterns`."""
-        return (information.pull @ self.patterns) ** 2 / (self.power(information) + precision)
+        return (information.vector @ self.patterns) ** 2 / (
+            self.size_information(information) + prior_precision
+        )
 
-    def power(self, information: Information) -> FloatArray:
-        """p' W p of each pattern p, shape (patterns,)."""
-        return information.products(self.patterns, self.patterns)
+    def size_information(self, information: EffectInformation) -> FloatArray:
+        """p' W p, the information on the size of each pattern p, shape (patterns,)."""
+        return information.bilinear_forms(self.patterns, self.patterns)
 
     @property
-    def squares(self) -> FloatArray:
+    def sums_of_squares(self) -> FloatArray:
         """Sum of squares of each pattern about its mean, shape (patterns,)."""
         return np.sum((self.patterns - self.patterns.mean(axis=0)) ** 2, axis=0)
 
@@ -127,7 +133,7 @@ class IntervalPatterns:
     """Patterns that are 1 for runs that follow each other in time, and 0 for all others.
 
     Attributes:
-        kind: step, block or run.
+        kind: step, block, run or cut (runs in an order of their effects, not of time).
         position_in_time: Position in time of each curve, from 0, shape (curves,).
         start_positions: First position of each pattern, shape (patterns,).
         end_positions: First position after each pattern, shape (patterns,).
@@ -148,21 +154,23 @@ class IntervalPatterns:
         """See `Patterns`."""
         return float(self.count)
 
-    def ratios(self, information: Information, precision: float) -> FloatArray:
+    def twice_ln_likelihood_ratios(
+        self, information: EffectInformation, prior_precision: float
+    ) -> FloatArray:
         """See `Patterns`."""
-        pull = self._sums(information.pull[:, np.newaxis])[:, 0]
-        return pull**2 / (self.power(information) + precision)
+        projections = self._sums(information.vector[:, np.newaxis])[:, 0]
+        return projections**2 / (self.size_information(information) + prior_precision)
 
-    def power(self, information: Information) -> FloatArray:
-        """p' W p of each pattern p, shape (patterns,)."""
-        unshared = self._sums(information.unshared[:, np.newaxis])[:, 0]
-        shared = np.zeros(self.count)
-        for columns in _column_blocks(information.root):
-            shared += np.sum(self._sums(columns) ** 2, axis=1)
-        return unshared + information.sign * shared
+    def size_information(self, information: EffectInformation) -> FloatArray:
+        """p' W p, the information on the size of each pattern p, shape (patterns,)."""
+        uncoupled_part = self._sums(information.uncoupled_diagonal[:, np.newaxis])[:, 0]
+        coupled_part = np.zeros(self.count)
+        for columns in _column_blocks(information.coupling_root):
+            coupled_part += np.sum(self._sums(columns) ** 2, axis=1)
+        return uncoupled_part + information.coupling_sign * coupled_part
 
     @property
-    def squares(self) -> FloatArray:
+    def sums_of_squares(self) -> FloatArray:
         """Sum of squares of each pattern about its mean, shape (patterns,)."""
         run_count = len(self.position_in_time)
         runs_inside = self.end_positions - self.start_positions
@@ -213,33 +221,35 @@ class SeasonPatterns:
     @property
     def chance_count(self) -> float:
         """See `Patterns`."""
-        return float(_PHASES * self.count)
+        return float(_PATTERNS_PER_SEASON * self.count)
 
-    def ratios(self, information: Information, precision: float) -> FloatArray:
+    def twice_ln_likelihood_ratios(
+        self, information: EffectInformation, prior_precision: float
+    ) -> FloatArray:
         """See `Patterns`."""
         curves_by_time = np.argsort(self.position_in_time)
         transform_length = 2 * len(self.position_in_time)
         # k of the class docstring: the index of a frequency in a transform of 2 n values
         frequencies = np.arange(2, len(self.position_in_time) + 1)
-        pull = np.fft.fft(information.pull[curves_by_time], transform_length)[frequencies]
-        unshared = np.fft.fft(information.unshared[curves_by_time], transform_length)
-        unshared_at_double = unshared[2 * frequencies % transform_length]
+        vector = np.fft.fft(information.vector[curves_by_time], transform_length)[frequencies]
+        diagonal = np.fft.fft(information.uncoupled_diagonal[curves_by_time], transform_length)
+        diagonal_at_double = diagonal[2 * frequencies % transform_length]
         # cos^2 = (1 + cos 2x)/2, sin^2 = (1 - cos 2x)/2, sin cos = (sin 2x)/2
         # W of cosine and cosine, of sine and sine, and of sine and cosine, of each frequency
-        cosine = (unshared[0].real + unshared_at_double.real) / 2
-        sine = (unshared[0].real - unshared_at_double.real) / 2
-        cross = -unshared_at_double.imag / 2
-        sign = information.sign
-        cosine += precision
-        sine += precision
-        for columns in _column_blocks(information.root):
+        cosine = (diagonal[0].real + diagonal_at_double.real) / 2
+        sine = (diagonal[0].real - diagonal_at_double.real) / 2
+        cross = -diagonal_at_double.imag / 2
+        sign = information.coupling_sign
+        cosine += prior_precision
+        sine += prior_precision
+        for columns in _column_blocks(information.coupling_root):
             root = np.fft.fft(columns[curves_by_time], transform_length, axis=0)[frequencies]
             cosine += sign * np.sum(root.real**2, axis=1)
             sine += sign * np.sum(root.imag**2, axis=1)
             cross -= sign * np.sum(root.real * root.imag, axis=1)
         determinant = sine * cosine - cross**2
-        squares = cosine * pull.imag**2 + sine * pull.real**2
-        return np.asarray((squares + 2 * cross * pull.imag * pull.real) / determinant)
+        squares = cosine * vector.imag**2 + sine * vector.real**2
+        return np.asarray((squares + 2 * cross * vector.imag * vector.real) / determinant)
 
     def pattern_columns(self, pattern_index: int) -> FloatArray:
         """See `Patterns`."""
@@ -296,7 +306,7 @@ def steps_over_time(position_in_time: IndexArray, fewest_runs: int) -> IntervalP
     )
 
 
-def patterns_of_labels(members_by_label: Mapping[str, BoolArray]) -> GivenPatterns:
+def patterns_of_labels(is_member_by_label: Mapping[str, BoolArray]) -> GivenPatterns:
     """The runs of each label against all others.
 
     Labels of the same runs give one pattern, with the first of these labels. Of two labels that
@@ -304,80 +314,95 @@ def patterns_of_labels(members_by_label: Mapping[str, BoolArray]) -> GivenPatter
     gives no pattern.
 
     Args:
-        members_by_label: Whether each curve has the label, by label, shape (curves,).
+        is_member_by_label: Whether each curve has the label, by label, shape (curves,).
     """
-    pattern_by_members: dict[bytes, tuple[str, BoolArray]] = {}
-    for label, members in members_by_label.items():
-        if not 2 <= np.count_nonzero(members) <= len(members) - 2:
+    # label and runs of each pattern, by the bytes of its runs
+    pattern_by_bytes: dict[bytes, tuple[str, BoolArray]] = {}
+    for label, is_member in is_member_by_label.items():
+        if not 2 <= np.count_nonzero(is_member) <= len(is_member) - 2:
             continue
-        opposite = pattern_by_members.get((~members).tobytes())
+        opposite = pattern_by_bytes.get((~is_member).tobytes())
         if opposite is not None:
-            _, opposite_members = opposite
-            if np.count_nonzero(members) >= np.count_nonzero(opposite_members):
+            _, is_opposite_member = opposite
+            if np.count_nonzero(is_member) >= np.count_nonzero(is_opposite_member):
                 continue
-            del pattern_by_members[(~members).tobytes()]
-        pattern_by_members.setdefault(members.tobytes(), (label, members))
-    curve_count = len(next(iter(members_by_label.values()))) if members_by_label else 0
+            del pattern_by_bytes[(~is_member).tobytes()]
+        pattern_by_bytes.setdefault(is_member.tobytes(), (label, is_member))
+    curve_count = len(next(iter(is_member_by_label.values()))) if is_member_by_label else 0
     pattern_columns = [
         np.zeros((curve_count, 0)),
-        *(members[:, np.newaxis] for _, members in pattern_by_members.values()),
+        *(is_member[:, np.newaxis] for _, is_member in pattern_by_bytes.values()),
     ]
-    kept_labels = tuple(label for label, _ in pattern_by_members.values())
+    kept_labels = tuple(label for label, _ in pattern_by_bytes.values())
     return GivenPatterns("label", np.hstack(pattern_columns).astype(float), kept_labels)
 
 
-def ln_groups(run_count: int) -> FloatArray:
-    """Logarithm of the number of groups of 0, 1, ... runs, up to half of the runs.
+def ln_group_counts(run_count: int) -> FloatArray:
+    """Logarithm of the number of possible groups of 0, 1, ... runs, up to half of the runs.
 
-    >>> print(f"{np.exp(ln_groups(24)[12]):.0f}")
+    >>> print(f"{np.exp(ln_group_counts(24)[12]):.0f}")
     2704156
     """
     ln_factorials = np.concatenate([[0.0], np.cumsum(np.log(np.arange(1, run_count + 1)))])
-    sizes = np.arange(run_count // 2 + 1)
-    return ln_factorials[run_count] - ln_factorials[sizes] - ln_factorials[run_count - sizes]
+    group_sizes = np.arange(run_count // 2 + 1)
+    ln_orders_of_all = ln_factorials[run_count]
+    ln_orders_of_others = ln_factorials[run_count - group_sizes]
+    return ln_orders_of_all - ln_factorials[group_sizes] - ln_orders_of_others
 
 
-def likeliest_group(information: Information, precision: float) -> BoolArray:
-    """The division of the runs into two groups that explains most, less the penalty of its chances.
+def likeliest_group(information: EffectInformation, prior_precision: float) -> BoolArray:
+    """The smaller of the two groups of runs whose difference explains most, less a penalty.
+
+    The penalty is twice the logarithm of the number of groups of this size.
 
     Runs are sorted by their estimated effects and cut in two. The best cuts are improved by single
     runs that change sides, and by pairs of runs that change places.
 
     Args:
         information: What the points say of the effects.
-        precision: Inverse variance of the size of a change, before the data.
+        prior_precision: Prior inverse variance of the size of a change.
 
     Returns:
-        Whether each run is in the smaller group, which has at least two runs, shape (curves,).
+        Whether each run is in the group, which has at least two runs, shape (curves,).
     """
-    run_count = len(information.pull)
-    penalty = 2 * ln_groups(run_count)
+    run_count = len(information.vector)
+    penalty = 2 * ln_group_counts(run_count)
     diagonal = information.diagonal()
     starts = []
-    for estimated_effects in (information.pull, information.pull / np.maximum(diagonal, _TINY)):
+    for estimated_effects in (
+        information.vector,
+        information.vector / np.maximum(diagonal, _SMALLEST_DIVISOR),
+    ):
         for direction in (1, -1):
             sorted_runs = np.argsort(direction * estimated_effects, kind="stable")
             rank_of_run = np.empty(run_count, dtype=np.int64)
             rank_of_run[sorted_runs] = np.arange(run_count)
             group_sizes = np.arange(2, run_count // 2 + 1)
             cuts = IntervalPatterns("cut", rank_of_run, np.zeros_like(group_sizes), group_sizes)
-            scores = cuts.ratios(information, precision) - penalty[group_sizes]
-            for size_index in np.argsort(-scores, kind="stable")[:_STARTS]:
+            scores = (
+                cuts.twice_ln_likelihood_ratios(information, prior_precision) - penalty[group_sizes]
+            )
+            for size_index in np.argsort(-scores, kind="stable")[:_STARTS_PER_ORDER]:
                 starts.append(rank_of_run < group_sizes[size_index])
-    improved_groups = [_improved(information, precision, penalty, start) for start in starts]
+    improved_groups = [
+        _improved_group(information, prior_precision, penalty, start) for start in starts
+    ]
     best_index = int(first_largest([score for score, _ in improved_groups]))
-    _, members = improved_groups[best_index]
-    return members
+    _, is_member = improved_groups[best_index]
+    return is_member
 
 
-def _improved(
-    information: Information, precision: float, penalty: FloatArray, is_member: BoolArray
+def _improved_group(
+    information: EffectInformation,
+    prior_precision: float,
+    penalty: FloatArray,
+    is_member: BoolArray,
 ) -> tuple[float, BoolArray]:
     """Improves a group by changes of sides; returns its score, and whether each run is in it.
 
     Args:
         information: What the points say of the effects.
-        precision: Inverse variance of the size of a change, before the data.
+        prior_precision: Prior inverse variance of the size of a change.
         penalty: Penalty on the score of a group of 0, 1, ... runs.
         is_member: Whether each run is in the group at the start, shape (curves,).
     """
@@ -386,38 +411,40 @@ def _improved(
     diagonal = information.diagonal()
     # W in full, for pairs of runs that change places; None where there are too many runs for that
     w_matrix = None
-    if run_count <= _LARGEST_WITH_EXCHANGE:
-        w_matrix = information.times(np.eye(run_count))
+    if run_count <= _LARGEST_RUN_COUNT_WITH_EXCHANGE:
+        w_matrix = information.matrix_times(np.eye(run_count))
     score = -np.inf
-    for _ in range(_STEPS):
+    for _ in range(_MAX_STEPS):
         pattern = is_member.astype(float)
-        w_times_pattern = information.times(pattern)
-        pull = float(information.pull @ pattern)
-        power = float(w_times_pattern @ pattern) + precision
-        present_score = pull**2 / power - penalty[np.count_nonzero(is_member)]
+        w_times_pattern = information.matrix_times(pattern)
+        projection = float(information.vector @ pattern)
+        size_precision = float(w_times_pattern @ pattern) + prior_precision
+        present_score = projection**2 / size_precision - penalty[np.count_nonzero(is_member)]
         if present_score <= score + 1e-6:
             break
         score = present_score
         # -1 for a run that would leave the group, 1 for one that would join it
         direction = np.where(is_member, -1.0, 1.0)
-        new_pull = pull + direction * information.pull
-        new_power = power + 2 * direction * w_times_pattern + diagonal
+        new_projections = projection + direction * information.vector
+        new_size_precisions = size_precision + 2 * direction * w_times_pattern + diagonal
         new_count = np.count_nonzero(is_member) + direction.astype(np.int64)
         is_allowed = (new_count >= 2) & (new_count < len(penalty))
-        single_scores = new_pull**2 / new_power - penalty[new_count.clip(0, run_count // 2)]
+        single_scores = (
+            new_projections**2 / new_size_precisions - penalty[new_count.clip(0, run_count // 2)]
+        )
         single_scores[~is_allowed] = -np.inf
         changed_runs = [int(np.argmax(single_scores))]
         best_score = float(single_scores[changed_runs[0]])
         if w_matrix is not None:
             leaving = np.flatnonzero(is_member)
             joining = np.flatnonzero(~is_member)
-            pair_pull = new_pull[leaving, np.newaxis] + information.pull[joining]
-            pair_power = (
-                new_power[leaving, np.newaxis]
+            pair_projections = new_projections[leaving, np.newaxis] + information.vector[joining]
+            pair_size_precisions = (
+                new_size_precisions[leaving, np.newaxis]
                 + 2 * (w_times_pattern[joining] - w_matrix[np.ix_(leaving, joining)])
                 + diagonal[joining]
             )
-            pair_scores = pair_pull**2 / pair_power - penalty[len(leaving)]
+            pair_scores = pair_projections**2 / pair_size_precisions - penalty[len(leaving)]
             leaver, joiner = np.unravel_index(int(np.argmax(pair_scores)), pair_scores.shape)
             if pair_scores[leaver, joiner] > best_score:
                 best_score = float(pair_scores[leaver, joiner])

@@ -10,7 +10,7 @@ A bad curve makes the departure and the noise large, and so hides itself. It als
 near it look odd. So bad curves are left out. The retained curves alone judge all curves, and the
 law and the sizes are fitted to them:
 
-1. All curves are judged with the sizes that are expected before the data. A quarter of the curves
+1. All curves are judged with the prior medians of the sizes. A quarter of the curves
    is left out, one after the other; each time it is the curve that agrees least.
 2. Law and sizes are fitted to the retained curves, and all curves are judged by these. Curves that
    agree are retained again. The curve that contradicts most is left out, until none contradicts.
@@ -38,16 +38,16 @@ import scipy.linalg
 
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, LogMu, LogNormal, RunErrorSizes
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, LogMu, LogNormal
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements, scaled_conditions
-from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, spread_out
+from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, farthest_point_selection
 from oilfilm.surface.quick_law import quick_law
 from oilfilm.surface.reduction import (
     ReducedCurves,
-    above_zero,
     box_of,
+    floored_log_mu,
     is_near_zero,
     reduced_curves,
 )
@@ -69,28 +69,28 @@ _ODD_DEVIATION = 0.05
 REFUSED_ODDNESS = 2.0
 # Fewer curves cannot judge each other: with one of them left out, four must agree.
 FEWEST_CURVES = 5
-_FEWEST_RETAINED = 4
+_FEWEST_RETAINED_CURVES = 4
 # Standard deviation of the logarithm of a size that is taken as known.
 _KNOWN_LN_SD = 0.01
 # Largest ln mu that is stated as expected. Where the others say nothing, mu might overflow.
-_LARGEST_LOG_MU = 0.0
+_LARGEST_EXPECTED_LOG_MU = 0.0
 # Share of the curves that is left out in step 1. More bad curves than this may stay hidden.
 _FIRST_LEFT_OUT_SHARE = 0.25
 # Share of the curves that is left out at most. With more, no majority says what is right.
 _MOST_LEFT_OUT_SHARE = 1 / 3
 # Largest number of repetitions of step 2.
-_MOST_ROUNDS = 5
-# Number of curves to which law and sizes are fitted.
-_CURVES_OF_SAMPLE = 40
+_MAX_ROUNDS = 5
+# Number of curves of a large campaign to which law and sizes are fitted.
+_SAMPLE_CURVE_COUNT = 40
 # Largest number of curves that are judged together.
-_LARGEST_PART = 80
+_LARGEST_PART_CURVE_COUNT = 80
 # Largest error of the zero of a run, in its standard deviations. ln mu must be linear in this
 # error: where mu is ten times the error, it is so within 0.5 %.
 _LARGEST_ZERO_IN_SDS = 4.0
-_ZERO_INDEX = EFFECTS.index("zero")
+_ZERO_INDEX = EFFECT_NAMES.index("zero")
 
 
-class OddLimits(NamedTuple):
+class OddnessLimits(NamedTuple):
     """Limits above which the shape of a curve is odd; one of them is enough.
 
     Attributes:
@@ -103,10 +103,10 @@ class OddLimits(NamedTuple):
 
 
 # Set by `benchmarks/shapes.py`: clean curves of the seeds 0 to 14, bad ones of the seeds 0 to 9.
-_LIMITS_BY_RETAINED = OddLimits(point=7.0, curve=10.0)
+_LIMITS_BY_RETAINED = OddnessLimits(point=7.0, curve=10.0)
 # A corner of the plan where the oil behaves otherwise is far from a fit without it, and near a fit
 # with it.
-_LIMITS_BY_ALL = OddLimits(point=2.85, curve=2.55)
+_LIMITS_BY_ALL = OddnessLimits(point=2.85, curve=2.55)
 
 
 @dataclass(frozen=True)
@@ -118,22 +118,22 @@ class CurveShape:
         point_index: Index in the measurements of the point that is farthest from what the other
             curves say, over its standard deviation.
         expected_mu: mu at this point, as the other curves say.
-        spread: Standard deviation of ln mu of a new run at this point, by the other curves.
-        usual_spread: Median of this standard deviation over the points of the curve.
+        log_mu_sd: Standard deviation of ln mu of a new run at this point, by the other curves.
+        median_log_mu_sd: Median of this standard deviation over the points of the curve.
         oddness: Deviation of the curve over the limits; above 1 the curve is odd.
     """
 
     curve_index: int
     point_index: int
     expected_mu: float
-    spread: float
-    usual_spread: float
+    log_mu_sd: float
+    median_log_mu_sd: float
     oddness: float
 
     @property
     def smallest_visible_change(self) -> float:
-        """Smallest change of ln mu at a typical point that would make the curve odd."""
-        return _LIMITS_BY_RETAINED.point * self.usual_spread
+        """Smallest change of ln mu at a point of median spread that would make the curve odd."""
+        return _LIMITS_BY_RETAINED.point * self.median_log_mu_sd
 
     @property
     def is_odd(self) -> bool:
@@ -207,16 +207,16 @@ class PredictedCurve:
 
     def expected_mu(self) -> FloatArray:
         """mu as the other curves predict it, shape (points,)."""
-        return np.exp(np.minimum(self.log_mu - self.deviations(), _LARGEST_LOG_MU))
+        return np.exp(np.minimum(self.log_mu - self.deviations(), _LARGEST_EXPECTED_LOG_MU))
 
-    def spreads(self) -> FloatArray:
+    def log_mu_sds(self) -> FloatArray:
         """Standard deviation of each deviation, shape (points,)."""
         noise_variance = self.noise**2 * (1 - np.sum(self.vectors**2, axis=1))
         noise_variance += self.zero_remainder**2
         variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + noise_variance
         return np.sqrt(variance)
 
-    def oddness(self, limits: OddLimits) -> float:
+    def oddness(self, limits: OddnessLimits) -> float:
         """See `CurveShape.oddness`.
 
         Args:
@@ -268,7 +268,7 @@ class CurveJudge:
             for coordinate_indices in coordinate_indices_of_curves
         ]
 
-    def predicted(self, retained_curves: IndexArray) -> Iterator[PredictedCurve]:
+    def predicted_curves(self, retained_curves: IndexArray) -> Iterator[PredictedCurve]:
         """Each curve, as the retained curves other than itself predict it.
 
         Args:
@@ -314,11 +314,14 @@ class CurveJudge:
             )
 
     def oddness_of_curves(
-        self, retained_curves: IndexArray, limits: OddLimits = _LIMITS_BY_RETAINED
+        self, retained_curves: IndexArray, limits: OddnessLimits = _LIMITS_BY_RETAINED
     ) -> FloatArray:
         """`PredictedCurve.oddness` of each curve, shape (curves,)."""
         return np.array(
-            [predicted_curve.oddness(limits) for predicted_curve in self.predicted(retained_curves)]
+            [
+                predicted_curve.oddness(limits)
+                for predicted_curve in self.predicted_curves(retained_curves)
+            ]
         )
 
     def agreeing_curves_from(self, retained_curves: IndexArray) -> IndexArray:
@@ -329,7 +332,7 @@ class CurveJudge:
         """
         curve_count = len(self.curves.conditions)
         most_left_out = int(_MOST_LEFT_OUT_SHARE * curve_count)
-        fewest_retained = max(_FEWEST_RETAINED, curve_count - most_left_out)
+        fewest_retained = max(_FEWEST_RETAINED_CURVES, curve_count - most_left_out)
         for _ in range(2 * curve_count):
             oddness = self.oddness_of_curves(retained_curves)
             is_retained = np.isin(np.arange(curve_count), retained_curves)
@@ -343,7 +346,7 @@ class CurveJudge:
                 break
         return retained_curves
 
-    def most_agreeing(self) -> IndexArray:
+    def most_agreeing_curves(self) -> IndexArray:
         """Indices of the curves that remain when a quarter has been left out, the worst first."""
         curve_count = len(self.curves.conditions)
         retained_curves = np.arange(curve_count)
@@ -356,13 +359,13 @@ class CurveJudge:
 
 
 @dataclass(frozen=True)
-class _Fit:
-    """A law and the sizes of a surface about it, fitted to some curves.
+class _RobustFit:
+    """A law and the sizes of a surface about it, fitted to the retained curves.
 
     Attributes:
         law: The law.
         log_mu: ln mu of the surface.
-        logarithms: Logarithms of the sizes.
+        logarithms: Logarithms of the sizes, in the order of `reml.size_names`.
         zero_sd: Standard deviation of the zero, as a traction coefficient.
     """
 
@@ -379,32 +382,32 @@ class _Fit:
         covariance = CurveCovariance(curves, box, sizes)
         conditions, slip = measurements.point_conditions, measurements.slip
         # a zero of 1 changes ln mu by 1/mu
-        effect_of_zero = np.exp(-above_zero(self.log_mu, largest_zero)(conditions, slip))
+        effect_of_zero = np.exp(-floored_log_mu(self.log_mu, largest_zero)(conditions, slip))
         return CurveJudge(
             curves,
             covariance.matrix(),
             sizes.noise,
             law_log_mu=self.law.log_mu(conditions, slip),
-            zero_remainder=curves.left_by_vectors(self.zero_sd * effect_of_zero),
+            zero_remainder=curves.remainder_of(self.zero_sd * effect_of_zero),
             largest_zero=largest_zero,
         )
 
 
 @with_one_blas_thread
 def curve_shapes(
-    measurements: Measurements, law: Law, errors: RunErrorSizes | None = None
+    measurements: Measurements, law: Law, error_priors: ErrorPriors | None = None
 ) -> tuple[CurveShape, ...]:
     """How each curve agrees with the others that do not contradict each other, in their order.
 
     Args:
         measurements: The points; five curves or more.
-        law: A law by the maximum Hertz pressure, the speed and the temperature.
-        errors: Sizes of the errors of the rig, before the data.
+        law: A law of the maximum Hertz pressure, the speed and the temperature.
+        error_priors: Priors of the sizes of the errors of the rig.
 
     Raises:
         ValueError: There are fewer curves, or no point is clear of zero traction.
     """
-    errors = errors or RunErrorSizes()
+    error_priors = error_priors or ErrorPriors()
     if len(measurements.conditions) < FEWEST_CURVES:
         raise ValueError(f"{len(measurements.conditions)} curves; expected {FEWEST_CURVES} or more")
     # every point counts alike: the noise of a point is part of what is judged
@@ -412,11 +415,11 @@ def curve_shapes(
     curve_order, point_order = measurements.canonical_order()
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
-    sample = ordered.select_curves(_sample(ordered))
-    fit = _fit_without_odd_curves(sample, law, errors, box)
-    fit_of_all = _next_fit(sample, _as_known(fit, errors), box, fit)
+    sample = ordered.select_curves(_sample_curves(ordered))
+    fit = _fit_without_odd_curves(sample, law, error_priors, box)
+    fit_of_all = _next_fit(sample, _known_error_priors(fit, error_priors), box, fit)
     shapes: list[CurveShape] = []
-    for curves_of_part in _parts(scaled_conditions(ordered.conditions)):
+    for curves_of_part in _curve_parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve_of_point, curves_of_part))
         measurements_of_part = ordered.select_curves(curves_of_part)
         judge = fit.judge(measurements_of_part, box)
@@ -431,7 +434,10 @@ def curve_shapes(
         oddness_of_retained = judge.oddness_of_curves(retained_curves)[retained_curves]
         largest_oddness = REFUSED_ODDNESS if np.any(oddness_of_retained > 1) else np.inf
         judged_curves = zip(
-            curves_of_part, judge.predicted(retained_curves), oddness_by_all_of_curve, strict=True
+            curves_of_part,
+            judge.predicted_curves(retained_curves),
+            oddness_by_all_of_curve,
+            strict=True,
         )
         for curve_index, predicted, oddness_by_all in judged_curves:
             point_indices = points_of_part[predicted.point_indices]
@@ -457,48 +463,48 @@ def _shape(
         predicted: The curve as the others predict it.
         largest_oddness: Largest oddness that is stated.
     """
-    spreads = predicted.spreads()
-    farthest_point = int(first_largest(np.abs(predicted.deviations()) / spreads))
+    log_mu_sds = predicted.log_mu_sds()
+    farthest_point = int(first_largest(np.abs(predicted.deviations()) / log_mu_sds))
     return CurveShape(
         curve_index=curve_index,
         point_index=int(point_indices[farthest_point]),
         expected_mu=float(predicted.expected_mu()[farthest_point]),
-        spread=float(spreads[farthest_point]),
-        usual_spread=float(np.median(spreads)),
+        log_mu_sd=float(log_mu_sds[farthest_point]),
+        median_log_mu_sd=float(np.median(log_mu_sds)),
         oddness=min(predicted.oddness(_LIMITS_BY_RETAINED), largest_oddness),
     )
 
 
 def _fit_without_odd_curves(
-    sample: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
-) -> _Fit:
+    sample: Measurements, law: Law, error_priors: ErrorPriors, box: ConditionBox
+) -> _RobustFit:
     """Law and sizes by the curves that do not contradict each other."""
     retained_curves = np.arange(len(sample.conditions))
-    fit = _first_fit(sample, law, errors, box)
-    agreeing_curves = fit.judge(sample, box).most_agreeing()
-    for _ in range(_MOST_ROUNDS):
+    fit = _first_fit(sample, law, error_priors, box)
+    agreeing_curves = fit.judge(sample, box).most_agreeing_curves()
+    for _ in range(_MAX_ROUNDS):
         if np.array_equal(agreeing_curves, retained_curves):
             break
         retained_curves = agreeing_curves
-        fit = _next_fit(sample.select_curves(retained_curves), errors, box, fit)
+        fit = _next_fit(sample.select_curves(retained_curves), error_priors, box, fit)
         agreeing_curves = fit.judge(sample, box).agreeing_curves_from(retained_curves)
     return fit
 
 
 def _first_fit(
-    measurements: Measurements, law: Law, errors: RunErrorSizes, box: ConditionBox
-) -> _Fit:
-    """The law, and sizes that are expected before the data: a bad curve must not raise them.
+    measurements: Measurements, law: Law, error_priors: ErrorPriors, box: ConditionBox
+) -> _RobustFit:
+    """The law, and the prior medians of the sizes: a bad curve must not raise them.
 
     Points near zero traction do not count, because their logarithm needs a surface.
 
     Args:
         measurements: The points.
         law: The law to be fitted.
-        errors: Sizes of the errors of the rig, before the data.
+        error_priors: Priors of the sizes of the errors of the rig.
         box: The box of the tested conditions.
     """
-    zero_sd = errors.zero.median
+    zero_sd = error_priors.zero.median
     fitted = quick_law(law, measurements, _LARGEST_ZERO_IN_SDS * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO_IN_SDS * zero_sd)
     if not is_clear.any():
@@ -506,18 +512,18 @@ def _first_fit(
     curves = reduced_curves(
         measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
     )
-    logarithms = np.log([prior.median for prior in priors(errors, INTERVAL_KAPPA_PRIOR)])
-    return _with_surface(curves, fitted, logarithms, box)
+    logarithms = np.log([prior.median for prior in priors(error_priors, INTERVAL_KAPPA_PRIOR)])
+    return _fit_with_surface(curves, fitted, logarithms, box)
 
 
 def _next_fit(
-    measurements: Measurements, errors: RunErrorSizes, box: ConditionBox, previous: _Fit
-) -> _Fit:
+    measurements: Measurements, error_priors: ErrorPriors, box: ConditionBox, previous: _RobustFit
+) -> _RobustFit:
     """Law and sizes by the retained curves.
 
     Args:
         measurements: The points of the retained curves.
-        errors: Sizes of the errors of the rig, before the data.
+        error_priors: Priors of the sizes of the errors of the rig.
         box: The box of the tested conditions.
         previous: The fit of the round before.
     """
@@ -526,31 +532,31 @@ def _next_fit(
     curves = reduced_curves(measurements, law, previous.log_mu, largest_zero, box)
     # a search that did not end gives sizes that are good enough: faults are far beyond the limits
     most_likely = most_likely_sizes(
-        curves, box, priors(errors, INTERVAL_KAPPA_PRIOR), previous.logarithms
+        curves, box, priors(error_priors, INTERVAL_KAPPA_PRIOR), previous.logarithms
     )
-    return _with_surface(curves, law, most_likely.logarithms, box)
+    return _fit_with_surface(curves, law, most_likely.logarithms, box)
 
 
-def _as_known(fit: _Fit, errors: RunErrorSizes) -> RunErrorSizes:
-    """The sizes of the errors of the rig by a fit, as priors that hardly leave them free.
+def _known_error_priors(fit: _RobustFit, error_priors: ErrorPriors) -> ErrorPriors:
+    """Priors that fix the sizes of the errors of the rig at those of a fit.
 
     Args:
         fit: The fit.
-        errors: The priors before the fit; those of rigs stay.
+        error_priors: The priors before the fit; those of rigs stay.
     """
-    names = (*EFFECTS, "noise")
-    known_sizes = {}
+    names = (*EFFECT_NAMES, "noise")
+    known_priors = {}
     for name, size in zip(names, np.exp(fit.logarithms[: len(names)]), strict=True):
         range_factor = np.exp(_KNOWN_LN_SD)
-        known_sizes[name] = LogNormal(
+        known_priors[name] = LogNormal(
             float(size), _KNOWN_LN_SD, float(size / range_factor), float(size * range_factor)
         )
-    return replace(errors, **known_sizes)
+    return replace(error_priors, **known_priors)
 
 
-def _with_surface(
+def _fit_with_surface(
     curves: ReducedCurves, law: FreeLaw, logarithms: FloatArray, box: ConditionBox
-) -> _Fit:
+) -> _RobustFit:
     """A fit with the surface that its curves give."""
     covariance = CurveCovariance(curves, box, Sizes.from_logarithms(logarithms))
     posterior = DensePosterior(covariance)
@@ -559,23 +565,25 @@ def _with_surface(
         """ln mu of the surface."""
         return log_mu_of(law, posterior, box, conditions, slip)
 
-    return _Fit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO_INDEX]))
+    return _RobustFit(law, log_mu, logarithms, float(covariance.sizes.effects[_ZERO_INDEX]))
 
 
-def _sample(ordered: Measurements) -> IndexArray:
+def _sample_curves(ordered: Measurements) -> IndexArray:
     """Indices of curves that stand for all where law and sizes are fitted.
 
     Half of them are far from each other. The other half are the next ones in the canonical order,
     so that repeated runs show the effects of runs.
     """
     curve_count = len(ordered.conditions)
-    if curve_count <= _CURVES_OF_SAMPLE:
+    if curve_count <= _SAMPLE_CURVE_COUNT:
         return np.arange(curve_count)
-    chosen_curves = spread_out(scaled_conditions(ordered.conditions), _CURVES_OF_SAMPLE // 2)
+    chosen_curves = farthest_point_selection(
+        scaled_conditions(ordered.conditions), _SAMPLE_CURVE_COUNT // 2
+    )
     return np.union1d(chosen_curves, np.minimum(chosen_curves + 1, curve_count - 1))
 
 
-def _parts(conditions: FloatArray) -> list[IndexArray]:
+def _curve_parts(conditions: FloatArray) -> list[IndexArray]:
     """Indices of the curves of each part; the curves of a part are judged together.
 
     A part that is too large is cut in halves along its widest condition.
@@ -587,7 +595,7 @@ def _parts(conditions: FloatArray) -> list[IndexArray]:
     open_parts = [np.arange(len(conditions))]
     while open_parts:
         curve_indices = open_parts.pop()
-        if len(curve_indices) <= _LARGEST_PART:
+        if len(curve_indices) <= _LARGEST_PART_CURVE_COUNT:
             finished_parts.append(curve_indices)
             continue
         widest_condition = int(first_largest(np.ptp(conditions[curve_indices], axis=0)))

@@ -17,24 +17,24 @@ import numpy as np
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effect_likelihood import (
-    INDEX_OF_FIT,
+    FIT_VARIANCE_INDEX,
+    EffectInformation,
     EffectLikelihood,
-    Information,
     effect_likelihood,
 )
-from oilfilm.surface.effects import EFFECTS
+from oilfilm.surface.effects import EFFECT_NAMES
 from oilfilm.surface.reml import CurveCovariance
 from oilfilm.surface.run_patterns import (
     GivenPatterns,
     IntervalPatterns,
     Patterns,
     likeliest_group,
-    ln_groups,
+    ln_group_counts,
     patterns_of_labels,
     patterns_over_time,
     steps_over_time,
 )
-from oilfilm.surface.surface import LARGEST_DENSE
+from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT
 from oilfilm.surface.threads import with_one_blas_thread
 
 # With fewer runs no groups are searched.
@@ -63,7 +63,7 @@ class ChangeSizes:
     temperature_k: float
 
     def size_of(self, effect_name: str) -> float:
-        """The size of one of `oilfilm.surface.effects.EFFECTS`."""
+        """The size of one of `oilfilm.surface.effects.EFFECT_NAMES`."""
         return float(getattr(self, effect_name))
 
 
@@ -73,7 +73,7 @@ LARGEST_CHANGES = ChangeSizes(gain=0.7, zero=0.01, slip_scale=0.8, temperature_k
 
 @dataclass(frozen=True)
 class SteadinessLimits:
-    """When a change over the runs is named.
+    """When a change over the runs is named. The settings `steadiness` give these limits.
 
     Attributes:
         alarm: Score above which a trend, a step, a season, a block or a label is named.
@@ -81,11 +81,11 @@ class SteadinessLimits:
         alarm_of_a_run: Score above which a single run is named; it is odd by chance more easily.
         fewest_runs: Fewest runs on either side of a step.
         longest_block: Number of runs of the longest block.
-        seen_at: Number of standard deviations from which on a change is called visible. How many of
-            such changes are named is measured by `benchmarks/steadiness.py seen`.
+        seen_at: A change of this many standard deviations is called visible.
+            `benchmarks/steadiness.py seen` measures how many of such changes are named.
         confounded: Share of the information below which a pattern resembles an effect of the
             conditions. Its score must then be larger, by this share over that of the pattern.
-        usual: Standard deviation of a change, before the data. Where the order of the runs is that
+        usual: Prior standard deviation of a change. Where the order of the runs is that
             of a condition, a wrong law looks like a huge change, which is unlikely.
         largest: Largest changes that a rig can have; a larger one has another cause.
     """
@@ -119,7 +119,7 @@ class Change:
     """A change of the rig over its runs.
 
     Attributes:
-        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECT_NAMES`.
         kind: trend, step, season, block, run, label or group.
         pattern: Share of the change in each run, shape (curves,). It is 1 for suspect runs and 0
             for the others; for a trend it goes from -0.5 to 0.5, for a season from -1 to 1.
@@ -127,7 +127,7 @@ class Change:
             in mu for the zero, in K for the temperature.
         score: Twice the logarithm of the likelihood ratio, less twice that of the number of
             patterns of its kind.
-        alarm: Score above which the change is too large to be chance or a wrong law.
+        alarm_score: Score above which the change is too large to be chance or a wrong law.
         label: What the suspect runs have in common; empty if that is not known.
     """
 
@@ -136,17 +136,17 @@ class Change:
     pattern: FloatArray
     size: float
     score: float
-    alarm: float
+    alarm_score: float
     label: str
 
     @property
     def is_alarm(self) -> bool:
         """Whether the score is large enough for the change to be named."""
-        return self.score > self.alarm
+        return self.score > self.alarm_score
 
 
 @dataclass(frozen=True)
-class SmallestChanges:
+class SmallestVisibleChanges:
     """The smallest change of each effect that would be visible, in the units of `Change.size`.
 
     Where the order of the runs is that of a condition, a trend of the rig and the effect of the
@@ -167,7 +167,7 @@ class SmallestChanges:
 def largest_change(
     covariance: CurveCovariance,
     position_in_time: IndexArray,
-    members_by_label: Mapping[str, BoolArray] | None = None,
+    is_member_by_label: Mapping[str, BoolArray] | None = None,
     limits: SteadinessLimits | None = None,
 ) -> Change | None:
     """The change that is farthest above its limit, or least below it.
@@ -175,7 +175,7 @@ def largest_change(
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
         position_in_time: Position in time of each curve, from 0, shape (curves,).
-        members_by_label: Whether each curve has the label, by label, shape (curves,).
+        is_member_by_label: Whether each curve has the label, by label, shape (curves,).
         limits: When a change is named.
 
     Returns:
@@ -184,10 +184,10 @@ def largest_change(
     limits = limits or SteadinessLimits()
     pattern_families = (
         *patterns_over_time(position_in_time, limits.fewest_runs, limits.longest_block),
-        patterns_of_labels(members_by_label or {}),
+        patterns_of_labels(is_member_by_label or {}),
     )
     changes: list[Change] = []
-    for effect_name in EFFECTS:
+    for effect_name in EFFECT_NAMES:
         changes += _likeliest_changes_of(effect_name, covariance, pattern_families, limits)
     possible_changes = [
         change
@@ -196,7 +196,7 @@ def largest_change(
     ]
     if not possible_changes:
         return None
-    excess = [change.score - change.alarm for change in possible_changes]
+    excess = [change.score - change.alarm_score for change in possible_changes]
     return _with_suspects(possible_changes[int(first_largest(excess))], position_in_time)
 
 
@@ -208,8 +208,7 @@ def _likeliest_changes_of(
 ) -> list[Change]:
     """The likeliest change of one effect by each kind of pattern.
 
-    What it needs in memory is let go when it returns: in a large campaign that of two effects is
-    too much.
+    It frees its memory when it returns: in a large campaign there is no memory for two effects.
 
     Args:
         effect_name: Name of the effect.
@@ -218,23 +217,23 @@ def _likeliest_changes_of(
         limits: When a change is named.
     """
     likelihood = effect_likelihood(covariance, effect_name)
-    profile = _Profile(
+    search = _ChangeSearch(
         effect_name,
         likelihood,
         prior_precision=limits.usual.size_of(effect_name) ** -2,
-        steady_likelihoods=likelihood.twice_ln_likelihood_of_steady_runs(),
+        twice_ln_steady_likelihoods=likelihood.twice_ln_steady_likelihoods(),
     )
-    is_small_campaign = len(covariance.curves.conditions) <= LARGEST_DENSE
-    candidates = profile.candidates(pattern_families, is_small_campaign)
-    return profile.likeliest_changes(candidates, limits)
+    is_small_campaign = len(covariance.curves.conditions) <= LARGEST_EXACT_CURVE_COUNT
+    candidates = search.candidates(pattern_families, is_small_campaign)
+    return search.likeliest_changes(candidates, limits)
 
 
 @with_one_blas_thread
-def smallest_changes(
+def smallest_visible_changes(
     covariance: CurveCovariance,
     position_in_time: IndexArray,
     limits: SteadinessLimits | None = None,
-) -> SmallestChanges:
+) -> SmallestVisibleChanges:
     """The smallest changes that would be visible.
 
     Args:
@@ -249,15 +248,15 @@ def smallest_changes(
     step_patterns = steps_over_time(position_in_time, limits.fewest_runs)
     trend_sizes: dict[str, float] = {}
     step_sizes: dict[str, float] = {}
-    for effect_name in EFFECTS:
-        trend_sizes[effect_name], step_sizes[effect_name] = _smallest_seen_sizes(
+    for effect_name in EFFECT_NAMES:
+        trend_sizes[effect_name], step_sizes[effect_name] = _smallest_visible_sizes(
             effect_name, covariance, (trend_pattern, step_patterns), limits
         )
-    return SmallestChanges(trend_sizes, step_sizes)
+    return SmallestVisibleChanges(trend_sizes, step_sizes)
 
 
 @with_one_blas_thread
-def smallest_seen(
+def smallest_visible_size(
     covariance: CurveCovariance,
     effect_name: str,
     pattern: FloatArray,
@@ -267,18 +266,18 @@ def smallest_seen(
 
     Args:
         covariance: Covariance of the curves (`Surface.misfit_covariance`).
-        effect_name: One of `oilfilm.surface.effects.EFFECTS`.
+        effect_name: One of `oilfilm.surface.effects.EFFECT_NAMES`.
         pattern: The pattern, in the order of the curves, shape (curves,).
         limits: `seen_at`, the number of standard deviations of a visible change.
     """
     single_pattern = GivenPatterns("trend", pattern[:, np.newaxis], ("",))
-    (size,) = _smallest_seen_sizes(
+    (size,) = _smallest_visible_sizes(
         effect_name, covariance, (single_pattern,), limits or SteadinessLimits()
     )
     return size
 
 
-def _smallest_seen_sizes(
+def _smallest_visible_sizes(
     effect_name: str,
     covariance: CurveCovariance,
     pattern_families: Sequence[GivenPatterns | IntervalPatterns],
@@ -288,19 +287,21 @@ def _smallest_seen_sizes(
 
     It is infinite if one of them never is.
     """
-    information = effect_likelihood(covariance, effect_name).information(INDEX_OF_FIT)
+    information = effect_likelihood(covariance, effect_name).information(FIT_VARIANCE_INDEX)
     random_information = _random_information(information)
     prior_precision = limits.usual.size_of(effect_name) ** -2
     sizes = []
     for patterns in pattern_families:
-        power = patterns.power(information)
+        size_information = patterns.size_information(information)
         # the conditions may take up all of a pattern
-        if not (power.size and np.all(power > 0)):
+        if not (size_information.size and np.all(size_information > 0)):
             sizes.append(float("inf"))
             continue
-        share = _share_of_information(power, patterns.squares, random_information)
-        squared_size = limits.factor_on_score(share) * (power + prior_precision)
-        standard_deviations = np.sqrt(squared_size) / power
+        share = _share_of_information(
+            size_information, patterns.sums_of_squares, random_information
+        )
+        squared_size = limits.factor_on_score(share) * (size_information + prior_precision)
+        standard_deviations = np.sqrt(squared_size) / size_information
         sizes.append(limits.seen_at * float(standard_deviations.max()))
     return sizes
 
@@ -337,8 +338,8 @@ class _FittedCandidate(NamedTuple):
 
 
 @dataclass(frozen=True)
-class _Profile:
-    """Searches for the likeliest changes of one effect.
+class _ChangeSearch:
+    """The search for the likeliest changes of one effect.
 
     What the points say at one variance is the largest array of a large campaign. It is made again
     where it is needed again, and never kept.
@@ -346,15 +347,15 @@ class _Profile:
     Attributes:
         effect_name: Name of the effect.
         likelihood: Its likelihood.
-        prior_precision: Inverse variance of the size of a change, before the data.
-        steady_likelihoods: Twice the logarithm of the likelihood without a change at each variance,
-            shape (variances,).
+        prior_precision: Prior inverse variance of the size of a change.
+        twice_ln_steady_likelihoods: Twice the logarithm of the likelihood without a change at each
+            variance, shape (variances,).
     """
 
     effect_name: str
     likelihood: EffectLikelihood
     prior_precision: float
-    steady_likelihoods: FloatArray
+    twice_ln_steady_likelihoods: FloatArray
 
     def candidates(
         self, pattern_families: Sequence[Patterns], is_small_campaign: bool
@@ -368,9 +369,9 @@ class _Profile:
             pattern_families: Patterns of each kind.
             is_small_campaign: Whether the campaign is small.
         """
-        variance_indices = list(range(len(self.steady_likelihoods)))
+        variance_indices = list(range(len(self.twice_ln_steady_likelihoods)))
         if not is_small_campaign:
-            variance_indices = [int(np.argmax(self.steady_likelihoods))]
+            variance_indices = [int(np.argmax(self.twice_ln_steady_likelihoods))]
         information_by_variance_index = {
             index: self.likelihood.information(index) for index in variance_indices
         }
@@ -383,12 +384,12 @@ class _Profile:
         return [*likeliest_patterns, *groups]
 
     def _likeliest_pattern(
-        self, patterns: Patterns, information_by_variance_index: Mapping[int, Information]
+        self, patterns: Patterns, information_by_variance_index: Mapping[int, EffectInformation]
     ) -> _Candidate:
         """The likeliest pattern of one kind."""
         likelihoods = [
-            self.steady_likelihoods[variance_index]
-            + patterns.ratios(information, self.prior_precision)
+            self.twice_ln_steady_likelihoods[variance_index]
+            + patterns.twice_ln_likelihood_ratios(information, self.prior_precision)
             for variance_index, information in information_by_variance_index.items()
         ]
         pattern_index = int(first_largest(np.max(likelihoods, axis=0)))
@@ -399,20 +400,26 @@ class _Profile:
             label=patterns.label(pattern_index),
         )
 
-    def _likeliest_groups(self, informations: Sequence[Information]) -> list[_Candidate]:
-        """The likeliest group of runs at each of some variances."""
-        run_count = len(informations[0].pull)
+    def _likeliest_groups(
+        self, information_of_variances: Sequence[EffectInformation]
+    ) -> list[_Candidate]:
+        """The likeliest group of runs at each of some variances.
+
+        Args:
+            information_of_variances: What the points say of the effects, one item per variance.
+        """
+        run_count = len(information_of_variances[0].vector)
         if run_count < _FEWEST_RUNS_OF_GROUPS:
             return []
-        members_by_bytes = {}
-        step = max(len(informations) // _VARIANCES_OF_GROUPS, 1)
-        for information in informations[::step]:
-            members = likeliest_group(information, self.prior_precision)
-            members_by_bytes[members.tobytes()] = members
+        is_member_by_bytes = {}
+        step = max(len(information_of_variances) // _VARIANCES_OF_GROUPS, 1)
+        for information in information_of_variances[::step]:
+            is_member = likeliest_group(information, self.prior_precision)
+            is_member_by_bytes[is_member.tobytes()] = is_member
         candidates = []
-        for members in members_by_bytes.values():
-            ln_chances = float(ln_groups(run_count)[np.count_nonzero(members)])
-            columns = members[:, np.newaxis].astype(float)
+        for is_member in is_member_by_bytes.values():
+            ln_chances = float(ln_group_counts(run_count)[np.count_nonzero(is_member)])
+            columns = is_member[:, np.newaxis].astype(float)
             candidates.append(_Candidate("group", columns, ln_chances, ""))
         return candidates
 
@@ -422,7 +429,7 @@ class _Profile:
         """The change by each candidate, at the variance at which it is likeliest."""
         fits_by_variance = [
             self._fitted(candidates, variance_index)
-            for variance_index in range(len(self.steady_likelihoods))
+            for variance_index in range(len(self.twice_ln_steady_likelihoods))
         ]
         changes = []
         for candidate, fits in zip(candidates, zip(*fits_by_variance, strict=True), strict=True):
@@ -439,15 +446,17 @@ class _Profile:
         fits = []
         for candidate in candidates:
             columns = candidate.columns
-            pull = information.pull @ columns
-            data_precision = columns.T @ information.times(columns)
-            size_precision = data_precision + self.prior_precision * np.eye(len(pull))
-            size = np.asarray(np.linalg.solve(size_precision, pull), dtype=float)
-            twice_ln_likelihood = float(self.steady_likelihoods[variance_index] + pull @ size)
+            column_vector = information.vector @ columns
+            data_precision = columns.T @ information.matrix_times(columns)
+            size_precision = data_precision + self.prior_precision * np.eye(len(column_vector))
+            size = np.asarray(np.linalg.solve(size_precision, column_vector), dtype=float)
+            twice_ln_likelihood = float(
+                self.twice_ln_steady_likelihoods[variance_index] + column_vector @ size
+            )
             pattern = columns @ size
-            power = size @ data_precision @ size
-            squares = np.sum((pattern - pattern.mean()) ** 2)
-            share = _share_of_information(power, squares, random_information)
+            size_information = size @ data_precision @ size
+            sum_of_squares = np.sum((pattern - pattern.mean()) ** 2)
+            share = _share_of_information(size_information, sum_of_squares, random_information)
             fits.append(_FittedCandidate(twice_ln_likelihood, size, float(share)))
         return fits
 
@@ -455,13 +464,13 @@ class _Profile:
         self, candidate: _Candidate, fit: _FittedCandidate, limits: SteadinessLimits
     ) -> Change:
         """The change by a candidate."""
-        is_of_two_columns = len(fit.size) > 1
-        total_size = float(np.linalg.norm(fit.size)) if is_of_two_columns else float(fit.size[0])
+        has_two_columns = len(fit.size) > 1
+        total_size = float(np.linalg.norm(fit.size)) if has_two_columns else float(fit.size[0])
         pattern = candidate.columns[:, 0]
-        if is_of_two_columns and total_size > 0:
+        if has_two_columns and total_size > 0:
             pattern = candidate.columns @ fit.size / total_size
-        steady_likelihood = float(self.steady_likelihoods.max())
-        score = fit.twice_ln_likelihood - steady_likelihood - 2 * candidate.ln_chances
+        largest_steady = float(self.twice_ln_steady_likelihoods.max())
+        score = fit.twice_ln_likelihood - largest_steady - 2 * candidate.ln_chances
         score_factor = float(limits.factor_on_score(np.array(fit.share)))
         return Change(
             effect_name=self.effect_name,
@@ -469,34 +478,34 @@ class _Profile:
             pattern=pattern,
             size=total_size,
             score=score,
-            alarm=limits.alarm_of(candidate.kind) * score_factor,
+            alarm_score=limits.alarm_of(candidate.kind) * score_factor,
             label=candidate.label,
         )
 
 
-def _random_information(information: Information) -> float:
+def _random_information(information: EffectInformation) -> float:
     """Mean information on a pattern in a random order of the runs, over its sum of squares."""
-    run_count = len(information.pull)
+    run_count = len(information.vector)
     ones = np.ones(run_count)
-    mean_information = ones @ information.times(ones) / run_count
+    mean_information = ones @ information.matrix_times(ones) / run_count
     return float((np.sum(information.diagonal()) - mean_information) / (run_count - 1))
 
 
 def _share_of_information(
-    power: FloatArray, squares: FloatArray, random_information: float
+    size_information: FloatArray, sums_of_squares: FloatArray, random_information: float
 ) -> FloatArray:
     """Information on each pattern over its mean in a random order of the runs, shape (patterns,).
 
     It is small where the pattern resembles an effect of the conditions, which the surface takes up.
 
     Args:
-        power: p' W p of each pattern p, shape (patterns,).
-        squares: Sum of squares of each pattern about its mean, shape (patterns,).
+        size_information: p' W p, the information on the size of each pattern p, shape (patterns,).
+        sums_of_squares: Sum of squares of each pattern about its mean, shape (patterns,).
         random_information: As `_random_information` gives it.
     """
-    expected = squares * random_information
-    shares = np.full(np.shape(power), _SMALLEST_SHARE)
-    np.divide(power, expected, out=shares, where=expected > 0)
+    expected_information = sums_of_squares * random_information
+    shares = np.full(np.shape(size_information), _SMALLEST_SHARE)
+    np.divide(size_information, expected_information, out=shares, where=expected_information > 0)
     return np.maximum(shares, _SMALLEST_SHARE)
 
 

@@ -94,8 +94,8 @@ def support_codes(
     coverage: SlipCoverage,
     slip: FloatArray,
     spread: FloatArray,
-    bound_spreads: FloatArray,
-    ranges_beyond: FloatArray,
+    spread_of_bounds: FloatArray,
+    distance_in_ranges: FloatArray,
 ) -> IndexArray:
     """Code of `Support` of each point; the last reason that applies counts, shape (points,).
 
@@ -104,20 +104,21 @@ def support_codes(
         coverage: The tested slips.
         slip: Slide-roll ratio of each point, shape (points,).
         spread: Standard deviation of the surface in ln mu, shape (points,).
-        bound_spreads: Standard deviation in ln mu by each constant that is at its bound,
+        spread_of_bounds: Standard deviation in ln mu by each constant that is at its bound,
             shape (points, constants at a bound).
-        ranges_beyond: As `ConditionBox.ranges_beyond`, shape (points,).
+        distance_in_ranges: Distance from the tested conditions, as
+            `ConditionBox.distance_in_ranges` gives it, shape (points,).
     """
     is_between = coverage.distance(slip) > SAME_SLIP
     has_few_slips = coverage.slips_per_curve < limits.fewest_slips
-    rests_on_bound = np.any(bound_spreads > limits.largest_spread_of_bound, axis=1)
+    rests_on_bound = np.any(spread_of_bounds > limits.largest_spread_of_bound, axis=1)
     reasons: list[tuple[Support, BoolArray]] = [
         (Support.CONSTANT_AT_BOUND, rests_on_bound),
         (Support.SPREAD_TOO_LARGE, spread > limits.largest_spread),
         (Support.FAR_FROM_TESTED_SLIPS, coverage.is_far(slip, limits)),
         (Support.FEW_SLIPS, has_few_slips & is_between),
-        (Support.FAR_FROM_TESTED_CONDITIONS, ranges_beyond > limits.reach_in_ranges),
-        (Support.CONDITION_NOT_VARIED, np.isinf(ranges_beyond)),
+        (Support.FAR_FROM_TESTED_CONDITIONS, distance_in_ranges > limits.reach_in_ranges),
+        (Support.CONDITION_NOT_VARIED, np.isinf(distance_in_ranges)),
     ]
     codes = np.full(len(slip), Support.SUPPORTED, dtype=np.int64)
     for reason, does_apply in reasons:

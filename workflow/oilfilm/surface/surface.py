@@ -1,6 +1,6 @@
 """The surface of one oil on one rig: fit and prediction.
 
-Decides: how a surface is fitted, and how many conditions stand for a large campaign.
+Decides: how a surface is fitted, and how many conditions represent a large campaign.
 """
 
 from collections.abc import Iterator
@@ -10,13 +10,18 @@ from functools import cached_property
 import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
-from oilfilm.surface.effects import EFFECTS, LogMu, LogNormal, RunErrorSizes, effect_design
+from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, LogMu, LogNormal, effect_design
 from oilfilm.surface.interval import IntervalFactors, interval_factors
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import CONSTANT_SD, FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements, rigs_by_first_curve, scaled_conditions
-from oilfilm.surface.posterior import DensePosterior, NystromPosterior, Posterior, spread_out
+from oilfilm.surface.posterior import (
+    DensePosterior,
+    NystromPosterior,
+    Posterior,
+    farthest_point_selection,
+)
 from oilfilm.surface.reduction import (
     ANOTHER_RIG,
     Coordinates,
@@ -29,29 +34,29 @@ from oilfilm.surface.reduction import (
 )
 from oilfilm.surface.reml import (
     INTERVAL_KAPPA_PRIOR,
-    MISFIT,
+    MISFIT_KAPPA_PRIOR,
     CurveCovariance,
     Sizes,
     most_likely_sizes,
     priors,
 )
-from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_count
+from oilfilm.surface.rig_gain import factor_of_another_rig, resolved_gain_count
 from oilfilm.surface.support import SlipCoverage, support_codes
 from oilfilm.surface.threads import with_one_blas_thread
 
-# Largest number of curves whose posterior is exact. In a larger campaign some conditions, far from
-# each other, stand for all.
-LARGEST_DENSE = 150
+# Largest number of curves whose posterior is exact. In a larger campaign it is approximated by
+# representative conditions, far from each other (inducing points).
+LARGEST_EXACT_CURVE_COUNT = 150
 # Number of these conditions.
 _INDUCING_CONDITIONS = 60
-# Number of curves from which the sizes of a larger campaign come. The time of the search grows with
-# their third power.
-CURVES_FOR_SIZES = 90
+# Number of curves at which the sizes of a larger campaign are searched. The time of the search
+# grows with their third power.
+CURVE_COUNT_FOR_SIZES = 90
 # Number of points that are predicted at once.
 _POINTS_AT_ONCE = 2000
 # The standard errors by the model are smaller than the errors of simulated fits by this factor.
 _ERROR_INFLATION = 1.3
-_ZERO = EFFECTS.index("zero")
+_ZERO_INDEX = EFFECT_NAMES.index("zero")
 
 
 @dataclass(frozen=True)
@@ -76,10 +81,10 @@ class Prediction:
         Args:
             factor: `point` or `curve` of `IntervalFactors`.
         """
-        log_half = np.where(self.support_codes == 0, factor * self.next_run_sd, np.nan)
+        ln_half_width = np.where(self.support_codes == 0, factor * self.next_run_sd, np.nan)
         # where mu is nearly 0, the error of the zero is so many times mu that no limit is known
         with np.errstate(over="ignore"):
-            return self.mu * np.exp(-log_half), self.mu * np.exp(log_half)
+            return self.mu * np.exp(-ln_half_width), self.mu * np.exp(ln_half_width)
 
 
 @dataclass(frozen=True)
@@ -90,8 +95,8 @@ class LawVerdict:
         kappa: Size of the departure from the law that is expected anywhere, in ln mu. The misfit
             at the measured points is another number.
         constants: Free internal constants, shape (free constants,).
-        standard_errors: Their standard errors, which mean something where the law fits, shape
-            (free constants,).
+        standard_errors: Their standard errors, shape (free constants,). They have a meaning only
+            where the law fits.
     """
 
     kappa: float
@@ -112,7 +117,7 @@ class Surface:
         verdict: What the measurements say of the law.
         misfit_covariance: Covariance of the curves without the caution of intervals.
         limits: What an answer must fulfil.
-        rig_gain_before_data: What is known of the gains of rigs before the data.
+        rig_gain_prior: Prior of the standard deviation of the gains of rigs.
         converged: Whether both searches for the most likely sizes found a maximum: that for the
             verdict and the cautious one for intervals. If not, the sizes are those of the last
             step.
@@ -126,7 +131,7 @@ class Surface:
     verdict: LawVerdict
     misfit_covariance: CurveCovariance
     limits: SurfaceLimits
-    rig_gain_before_data: LogNormal
+    rig_gain_prior: LogNormal
     converged: bool
 
     @with_one_blas_thread
@@ -139,7 +144,7 @@ class Surface:
         """
         return log_mu_of(self.law, self.posterior, self.covariance.box, conditions, slip)
 
-    def has_law(self, conditions: FloatArray, slip: FloatArray) -> BoolArray:
+    def is_law_positive(self, conditions: FloatArray, slip: FloatArray) -> BoolArray:
         """Whether the law gives traction above 0, also at the ends of the box, shape (points,).
 
         Args:
@@ -172,9 +177,11 @@ class Surface:
         if rig_number == ANOTHER_RIG and self.covariance.sizes.rig_gain:
             another_rig_sd = self._gain_of_another_rig_sd
         noise_sd = self.covariance.sizes.noise * self.measurements.noise_ratio_at(slip)
-        other_sd = np.hypot(noise_sd, another_rig_sd)
+        noise_and_rig_sd = np.hypot(noise_sd, another_rig_sd)
         blocks = [
-            self._predict_block(conditions[block], slip[block], other_sd[block], rig_numbers)
+            self._predict_block(
+                conditions[block], slip[block], noise_and_rig_sd[block], rig_numbers
+            )
             for block in _blocks(len(slip))
         ]
         return Prediction(
@@ -185,33 +192,42 @@ class Surface:
         )
 
     def _predict_block(
-        self, conditions: FloatArray, slip: FloatArray, other_sd: FloatArray, rig_numbers: list[int]
+        self,
+        conditions: FloatArray,
+        slip: FloatArray,
+        noise_and_rig_sd: FloatArray,
+        rig_numbers: list[int],
     ) -> Prediction:
         """mu at as many points as are predicted at once.
 
         Args:
             conditions: P in GPa, U in m/s and T in degC, shape (points, 3).
             slip: Slide-roll ratio, above 0, shape (points,).
-            other_sd: Standard deviation of ln mu by noise and by another rig, shape (points,).
+            noise_and_rig_sd: Standard deviation of ln mu by noise and by the gain of another rig,
+                shape (points,).
             rig_numbers: Numbers of the rigs on one of which the next run is.
         """
         box = self.covariance.box
         targets = coordinates_at_points(self.law, box, conditions, slip)
-        departure, surface_variance = self._on_rigs(targets, rig_numbers)
+        departure, surface_variance = self._departure_on_rigs(targets, rig_numbers)
         effects = effect_design(self.log_mu, conditions, slip) * self.covariance.sizes.effects
         surface_sd = np.sqrt(surface_variance)
-        ranges_beyond = box.ranges_beyond(targets.conditions)[targets.condition_of_coordinate]
+        distance_in_ranges = box.distance_in_ranges(targets.conditions)[
+            targets.condition_of_coordinate
+        ]
         return Prediction(
             mu=np.exp(self.law.log_mu(conditions, slip) + departure),
             surface_sd=surface_sd,
-            next_run_sd=np.sqrt(surface_variance + np.sum(effects**2, axis=1) + other_sd**2),
+            next_run_sd=np.sqrt(
+                surface_variance + np.sum(effects**2, axis=1) + noise_and_rig_sd**2
+            ),
             support_codes=support_codes(
                 self.limits,
                 self.slip_coverage,
                 slip,
                 surface_sd,
                 self._spread_of_bounds(targets.law_slopes),
-                ranges_beyond,
+                distance_in_ranges,
             ),
         )
 
@@ -219,7 +235,7 @@ class Surface:
         """Standard deviation of ln mu by the errors of runs at `measurements`, shape (points,).
 
         Args:
-            effect_sizes: Sizes of the effects of runs, in the order of `EFFECTS`.
+            effect_sizes: Sizes of the effects of runs, in the order of `EFFECT_NAMES`.
         """
         conditions, slip = self.measurements.point_conditions, self.measurements.slip
         sd_of_blocks = []
@@ -247,7 +263,7 @@ class Surface:
             return [ANOTHER_RIG]
         return tested_rigs if rig_number is None else [rig_number]
 
-    def _on_rigs(
+    def _departure_on_rigs(
         self, targets: Coordinates, rig_numbers: list[int]
     ) -> tuple[FloatArray, FloatArray]:
         """Mean and variance of the departure on one of some rigs, shape (points,) each.
@@ -268,11 +284,11 @@ class Surface:
     @cached_property
     def _gain_of_another_rig_sd(self) -> float:
         """Standard deviation of the gain of another rig: few rigs show how large it may be."""
-        size = self.covariance.sizes.rig_gain
-        slopes = size * self.covariance.curves.gains_by_rig
-        resolved_rigs = resolved_count(self.posterior.freedom(slopes).covariance)
-        return size * factor_of_another_rig(
-            size, resolved_rigs, self.rig_gain_before_data, self.limits.level
+        gain_sd = self.covariance.sizes.rig_gain
+        slopes = gain_sd * self.covariance.curves.gains_by_rig
+        gain_count = resolved_gain_count(self.posterior.parameter_posterior(slopes).covariance)
+        return gain_sd * factor_of_another_rig(
+            gain_sd, gain_count, self.rig_gain_prior, self.limits.level
         )
 
     @cached_property
@@ -282,7 +298,7 @@ class Surface:
 
     def effect_sizes(self) -> dict[str, float]:
         """Standard deviation of each effect of runs, by name."""
-        return dict(zip(EFFECTS, self.covariance.sizes.effects.tolist(), strict=True))
+        return dict(zip(EFFECT_NAMES, self.covariance.sizes.effects.tolist(), strict=True))
 
     def _spread_of_bounds(self, law_slopes: FloatArray) -> FloatArray:
         """Standard deviation of ln mu by each constant that is at its bound.
@@ -291,7 +307,9 @@ class Surface:
             law_slopes: Slopes of the law, as `slopes_of_law` has them, shape (points, slopes).
         """
         bound_columns = np.flatnonzero(self.law.is_at_bound())
-        _, remaining_covariance = self.posterior.freedom(self.covariance.curves.law_slopes)
+        _, remaining_covariance = self.posterior.parameter_posterior(
+            self.covariance.curves.law_slopes
+        )
         share_left = np.sqrt(np.diag(remaining_covariance))
         return np.abs(law_slopes[:, bound_columns]) * share_left[bound_columns]
 
@@ -307,7 +325,7 @@ def _interval_factors(surface: Surface) -> IntervalFactors:
         surface.covariance,
         surface.measurements.curve_of_point,
         condition_of_curve,
-        surface.posterior.left_out(condition_of_curve),
+        surface.posterior.leave_groups_out(condition_of_curve),
         surface.limits.level,
     )
 
@@ -337,7 +355,7 @@ class SurfaceSizes:
 def fit_surface(
     measurements: Measurements,
     law: FreeLaw,
-    errors: RunErrorSizes | None = None,
+    error_priors: ErrorPriors | None = None,
     limits: SurfaceLimits | None = None,
 ) -> Surface:
     """The surface of measured points about a fitted law.
@@ -345,20 +363,20 @@ def fit_surface(
     Args:
         measurements: The points, in any order.
         law: The best fitted law.
-        errors: Sizes of the errors of the rig, before the data.
+        error_priors: Priors of the sizes of the errors of the rig.
         limits: What an answer must fulfil.
 
     Raises:
         ValueError: No point is clear of zero traction.
     """
-    errors = errors or RunErrorSizes()
-    sizes = most_likely_surface(measurements, law, errors)
-    return surface_of_sizes(measurements, law, errors, sizes, limits)
+    error_priors = error_priors or ErrorPriors()
+    sizes = most_likely_surface_sizes(measurements, law, error_priors)
+    return surface_from_sizes(measurements, law, error_priors, sizes, limits)
 
 
 @with_one_blas_thread
-def most_likely_surface(
-    measurements: Measurements, law: FreeLaw, errors: RunErrorSizes
+def most_likely_surface_sizes(
+    measurements: Measurements, law: FreeLaw, error_priors: ErrorPriors
 ) -> SurfaceSizes:
     """The most likely sizes of a surface.
 
@@ -368,7 +386,7 @@ def most_likely_surface(
     Args:
         measurements: The points, in any order.
         law: The best fitted law.
-        errors: Sizes of the errors of the rig, before the data.
+        error_priors: Priors of the sizes of the errors of the rig.
 
     Raises:
         ValueError: No point is clear of zero traction.
@@ -376,15 +394,17 @@ def most_likely_surface(
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
     sample = _sample(ordered)
-    first_curves = _clear_curves(sample, law, errors, box)
-    first = most_likely_sizes(first_curves, box, priors(errors, INTERVAL_KAPPA_PRIOR))
-    log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first.sizes)
+    first_curves = _clear_curves(sample, law, error_priors, box)
+    first = most_likely_sizes(first_curves, box, priors(error_priors, INTERVAL_KAPPA_PRIOR))
+    log_mu, zero_sd = _first_surface(first_curves, law, error_priors, box, first.sizes)
     curves = reduced_curves(sample, law, log_mu, zero_sd, box)
-    misfit_sizes = most_likely_sizes(curves, box, priors(errors, MISFIT), first.logarithms)
+    misfit_sizes = most_likely_sizes(
+        curves, box, priors(error_priors, MISFIT_KAPPA_PRIOR), first.logarithms
+    )
     tells_rigs_apart = sample.rig_count > 1
-    cautious_priors = priors(errors, INTERVAL_KAPPA_PRIOR, tells_rigs_apart=tells_rigs_apart)
+    cautious_priors = priors(error_priors, INTERVAL_KAPPA_PRIOR, tells_rigs_apart=tells_rigs_apart)
     start = np.append(
-        first.logarithms, np.log([errors.rig_gain.median] if tells_rigs_apart else [])
+        first.logarithms, np.log([error_priors.rig_gain.median] if tells_rigs_apart else [])
     )
     cautious = most_likely_sizes(curves, box, cautious_priors, start)
     return SurfaceSizes(
@@ -396,10 +416,10 @@ def most_likely_surface(
 
 
 @with_one_blas_thread
-def surface_of_sizes(
+def surface_from_sizes(
     measurements: Measurements,
     law: FreeLaw,
-    errors: RunErrorSizes,
+    error_priors: ErrorPriors,
     sizes: SurfaceSizes,
     limits: SurfaceLimits | None = None,
 ) -> Surface:
@@ -408,15 +428,15 @@ def surface_of_sizes(
     Args:
         measurements: The points, in any order.
         law: The law of the search.
-        errors: Sizes of the errors of the rig, as in the search.
+        error_priors: Priors of the sizes of the errors of the rig, as in the search.
         sizes: The sizes.
         limits: What an answer must fulfil.
     """
     ordered = measurements.in_canonical_order()
     box = box_of(ordered)
-    first_curves = _clear_curves(_sample(ordered), law, errors, box)
+    first_curves = _clear_curves(_sample(ordered), law, error_priors, box)
     first_sizes = Sizes.from_logarithms(sizes.first)
-    log_mu, zero_sd = _first_surface(first_curves, law, errors, box, first_sizes)
+    log_mu, zero_sd = _first_surface(first_curves, law, error_priors, box, first_sizes)
     curves = reduced_curves(ordered, law, log_mu, zero_sd, box)
     posterior, covariance = _posterior(curves, box, Sizes.from_logarithms(sizes.interval))
     misfit_posterior, misfit_covariance = _posterior(
@@ -431,20 +451,20 @@ def surface_of_sizes(
         verdict=_verdict(law, misfit_posterior, misfit_covariance),
         misfit_covariance=misfit_covariance,
         limits=limits or SurfaceLimits(),
-        rig_gain_before_data=errors.rig_gain,
+        rig_gain_prior=error_priors.rig_gain,
         converged=sizes.converged,
     )
 
 
 def _clear_curves(
-    sample: Measurements, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox
+    sample: Measurements, law: FreeLaw, error_priors: ErrorPriors, box: ConditionBox
 ) -> ReducedCurves:
     """The curves of the points that are clear of zero traction, where ln mu is safe.
 
     Raises:
         ValueError: No point is clear of zero traction.
     """
-    zero_sd = errors.zero.median
+    zero_sd = error_priors.zero.median
     is_clear = ~is_near_zero(sample.mu, zero_sd)
     if not is_clear.any():
         raise ValueError(
@@ -455,7 +475,7 @@ def _clear_curves(
 
 
 def _first_surface(
-    curves: ReducedCurves, law: FreeLaw, errors: RunErrorSizes, box: ConditionBox, sizes: Sizes
+    curves: ReducedCurves, law: FreeLaw, error_priors: ErrorPriors, box: ConditionBox, sizes: Sizes
 ) -> tuple[LogMu, float]:
     """ln mu of the first surface, and the standard deviation of the zero."""
     covariance = CurveCovariance(curves, box, sizes)
@@ -466,13 +486,13 @@ def _first_surface(
         return log_mu_of(law, posterior, box, conditions, slip)
 
     # a rig may have a larger zero than it states: more points are then near zero
-    return log_mu, max(errors.zero.median, float(sizes.effects[_ZERO]))
+    return log_mu, max(error_priors.zero.median, float(sizes.effects[_ZERO_INDEX]))
 
 
 def log_mu_of(
     law: FreeLaw, posterior: Posterior, box: ConditionBox, conditions: FloatArray, slip: FloatArray
 ) -> FloatArray:
-    """ln mu of the law and its departure, shape (points,)."""
+    """ln mu of a surface: that of the law plus the departure from it, shape (points,)."""
     log_mu_of_blocks = [np.empty(0)]
     for block in _blocks(len(slip)):
         targets = coordinates_at_points(law, box, conditions[block], slip[block])
@@ -487,15 +507,15 @@ def _posterior(
 ) -> tuple[Posterior, CurveCovariance]:
     """The posterior of curves: exact where they are few."""
     covariance = CurveCovariance(curves, box, sizes)
-    if len(curves.conditions) <= LARGEST_DENSE:
+    if len(curves.conditions) <= LARGEST_EXACT_CURVE_COUNT:
         return DensePosterior(covariance), covariance
-    chosen_for_conditions = spread_out(curves.conditions, _INDUCING_CONDITIONS)
-    # a rig without such a curve would share nothing among its runs
-    _, chosen_for_rigs = np.unique(curves.rig_of_curve, return_index=True)
+    curves_for_conditions = farthest_point_selection(curves.conditions, _INDUCING_CONDITIONS)
+    # without an inducing curve of a rig, its runs would share no gain
+    _, curves_for_rigs = np.unique(curves.rig_of_curve, return_index=True)
     chosen_curves = (
-        np.union1d(chosen_for_conditions, chosen_for_rigs)
+        np.union1d(curves_for_conditions, curves_for_rigs)
         if covariance.sizes.rig_gain
-        else chosen_for_conditions
+        else curves_for_conditions
     )
     inducing_indices = np.flatnonzero(np.isin(curves.curve_of_coordinate, chosen_curves))
     return NystromPosterior(covariance, inducing_indices), covariance
@@ -509,7 +529,9 @@ def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) ->
         posterior: The departure from the law, without the caution of intervals.
         covariance: Covariance of the curves.
     """
-    change_of_law, remaining_covariance = posterior.freedom(covariance.curves.law_slopes)
+    change_of_law, remaining_covariance = posterior.parameter_posterior(
+        covariance.curves.law_slopes
+    )
     free_count = np.count_nonzero(law.is_free)
     constants = law.constants[law.is_free] + CONSTANT_SD * change_of_law[:free_count]
     standard_errors = (
@@ -519,19 +541,21 @@ def _verdict(law: FreeLaw, posterior: Posterior, covariance: CurveCovariance) ->
 
 
 def _sample(ordered: Measurements) -> Measurements:
-    """Curves that stand for all where the sizes are searched; all of them if they are few.
+    """Representative curves at which the sizes are searched; all of them if they are few.
 
     Half of them are far from each other. The other half are the curves nearest to these in the
     canonical order, so that repeated runs show the effects of runs.
     """
     curve_count = len(ordered.conditions)
-    if curve_count <= CURVES_FOR_SIZES:
+    if curve_count <= CURVE_COUNT_FOR_SIZES:
         return ordered
-    chosen_curves = spread_out(scaled_conditions(ordered.conditions), CURVES_FOR_SIZES // 2)
+    chosen_curves = farthest_point_selection(
+        scaled_conditions(ordered.conditions), CURVE_COUNT_FOR_SIZES // 2
+    )
     next_curves = np.minimum(chosen_curves + 1, curve_count - 1)
     curve_indices = np.union1d(chosen_curves, next_curves)
     if ordered.rig_of_curve is not None:
-        # a rig of few runs shows what rigs differ by as well
+        # a rig of few runs also shows how rigs differ
         _, first_curves_of_rigs = np.unique(ordered.rig_of_curve, return_index=True)
         curve_indices = np.union1d(curve_indices, first_curves_of_rigs)
     return ordered.select_curves(curve_indices)

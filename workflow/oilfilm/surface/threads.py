@@ -13,7 +13,7 @@ Result = TypeVar("Result")
 
 @cache
 def _blas_libraries() -> ThreadpoolController:
-    """The BLAS libraries of NumPy and SciPy. It takes 10 ms to find them, so that is done once."""
+    """The BLAS libraries of NumPy and SciPy; they are searched once, because that takes 10 ms."""
     # the library of SciPy is loaded with this module
     import_module("scipy.linalg")
     return ThreadpoolController().select(user_api="blas")
@@ -27,8 +27,8 @@ def with_one_blas_thread(function: Callable[Arguments, Result]) -> Callable[Argu
     """
 
     @wraps(function)
-    def limited(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
+    def run_with_one_thread(*args: Arguments.args, **kwargs: Arguments.kwargs) -> Result:
         with _blas_libraries().limit(limits=1):
             return function(*args, **kwargs)
 
-    return limited
+    return run_with_one_thread

@@ -18,7 +18,7 @@ from pydantic import AfterValidator, model_validator
 
 from oilfilm.settings.base import Group, OneOf, key_error_at, optional
 from oilfilm.settings.base import key as yaml_key
-from oilfilm.settings.quantities import Filled, Levels, Text
+from oilfilm.settings.quantities import OneOrMore, OneOrMoreDistinct, Text
 
 # The unit of a column in which each row has a unit of its own; the caveat of the column says which.
 BY_ROW = "by row"
@@ -59,7 +59,7 @@ class Limits(Group):
     )
     at_least: float | None = optional("Smallest value allowed.")
     at_most: float | None = optional("Largest value allowed.")
-    allowed: Levels[str] | None = optional("The only texts allowed, in a list too.")
+    allowed: OneOrMoreDistinct[str] | None = optional("The only texts allowed, in a list too.")
 
 
 class ColumnEntry(Limits):
@@ -93,7 +93,7 @@ class Refinement(Limits):
 class ColumnList(Group):
     """Columns of a table, or of several tables."""
 
-    columns: Filled[str] = yaml_key("Names of columns, in order.")
+    columns: OneOrMore[str] = yaml_key("Names of columns, in order.")
     in_this_table: dict[str, Refinement] = yaml_key(
         "By name of a column: what is narrower or added here.", default={}
     )
@@ -104,12 +104,14 @@ class TableEntry(ColumnList):
 
     description: Sentence = yaml_key("What one row is, in one line.")
     caveats: Sentence | None = optional("What a user must know about the whole table.")
-    key: Levels[str] | None = optional("Columns that no two rows share.")
+    key: OneOrMoreDistinct[str] | None = optional("Columns that no two rows share.")
     no_key: Sentence | None = optional("Why there is no key.")
-    references: dict[str, Filled[str]] = yaml_key(
+    references: dict[str, OneOrMore[str]] = yaml_key(
         "Other tables that the rows belong to, with the columns that say so.", default={}
     )
-    column_sets: Levels[str] | None = optional("Sets of columns that come before its own.")
+    column_sets: OneOrMoreDistinct[str] | None = optional(
+        "Sets of columns that come before its own."
+    )
 
 
 class Declarations(Group):

@@ -147,7 +147,7 @@ class ConditionLevels:
 def _is_wider(scaled_distance: FloatArray, width: FloatArray) -> BoolArray:
     """Whether scaled distances are larger than a width, by more than rounding."""
     # scaled conditions are of the size of 1
-    return exceeds(np.abs(scaled_distance), width, size=1.0)
+    return exceeds(np.abs(scaled_distance), width, term_size=1.0)
 
 
 def distinct_conditions(conditions: FloatArray) -> FloatArray:

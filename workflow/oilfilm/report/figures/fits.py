@@ -645,7 +645,7 @@ def without_heat(
         settings: Settings of the campaign.
     """
     figure_settings = settings.figures.isothermal
-    oil = settings.known_oil(str(curve["oil"].iloc[0]))
+    oil = settings.oil_with_properties(str(curve["oil"].iloc[0]))
     load_n = curve["load_n"].to_numpy(dtype=float)
     pressure = curve["max_hertz_pressure_gpa"].to_numpy(dtype=float)
     speed = curve["entrainment_speed_m_s"].to_numpy(dtype=float)
