@@ -75,7 +75,7 @@ class Costs:
 
 def compared(of_oil: pd.DataFrame) -> Costs:
     """All laws compared; the curves left out in groups and, not counted, one at a time."""
-    in_groups = fit.leave_curves_out
+    in_groups = fit.errors_at_curves_left_out
     groups, alone = [0.0], [0.0]
     apart = [0.0]
 
@@ -94,10 +94,10 @@ def compared(of_oil: pd.DataFrame) -> Costs:
         alone.append(times[2] - times[1])
         return errors
 
-    fit.leave_curves_out = timed
+    fit.errors_at_curves_left_out = timed
     start = time.process_time()
     compare_laws(of_oil, OIL, LAW_NAMES, CONFIG)
-    fit.leave_curves_out = in_groups
+    fit.errors_at_curves_left_out = in_groups
     return Costs(time.process_time() - start - sum(alone), sum(groups), max(apart))
 
 

@@ -8,7 +8,7 @@ from fit_points import LAW
 from lawless_truths import TRUTHS
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_search import searched_surface
+from oilfilm.fits.surface_search import searched_surface_tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Calibration, ErrorsBetweenRuns, Rig
 from oilfilm.surface.effects import RunErrorSizes
@@ -126,7 +126,7 @@ def test_a_stated_temperature_error_counts_where_no_run_is_repeated(config: Sett
         "usual": of_rigs(config),
         "stated": of_rigs(config, rig(inlet_temperature_k=3.0)),
     }.items():
-        surface = searched_surface("own", LAW.name, law, points, config.surface, assumed)
+        surface = searched_surface_tables("own", LAW.name, law, points, config.surface, assumed)
         (row,) = tables.rows(surface.surfaces)
         found[name] = row["temperature_sd_k"]
     assert abs(found["stated"] - 3.0) < abs(found["usual"] - 3.0)

@@ -314,7 +314,7 @@ def test_a_law_on_load_takes_the_load_and_the_groups_of_the_bearings_contact(nam
     # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k of the contact's own Rx and E'
     oil = oil_of("4050")
     law = laws_for(oil, RIG)[name]
-    fitted = FittedLaw(law, Coefficients.bare(law, WANG_DENG))
+    fitted = FittedLaw(law, Coefficients.from_constants(law, WANG_DENG))
     radius, modulus = np.array([0.004, 0.012]), 2.5e11
     load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
 

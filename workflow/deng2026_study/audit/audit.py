@@ -93,7 +93,7 @@ def refit_evidence(
 def printed_evidence(constants_by_oil: dict[str, FloatArray], settings: Settings) -> Evidence:
     """The constants that the paper prints, signs restored; the most viscous oil first."""
     fit_by_oil = {
-        oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, constants))
+        oil: FittedLaw(DENG2026, Coefficients.from_constants(DENG2026, constants))
         for oil, constants in constants_by_oil.items()
     }
     return Evidence(

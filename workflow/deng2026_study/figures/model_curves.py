@@ -19,7 +19,7 @@ from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
@@ -207,7 +207,7 @@ def _laws_of_series(
         return {
             "refit": refit,
             # without interval and tested box
-            "printed": FittedLaw(law, Coefficients.bare(law, printed_values)),
+            "printed": FittedLaw(law, Coefficients.from_constants(law, printed_values)),
         }
     return {"refit": refit}
 
@@ -649,7 +649,7 @@ def _fitted_curve(
     fit: FitRow, curve: pd.DataFrame, results: CampaignTables, settings: Settings
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
-    law = laws_of(fit["oil"], settings)[fit["law"]]
+    law = laws_of_oil(fit["oil"], settings)[fit["law"]]
     fitted = FittedLaw.from_tables(results.coefficients, fit["oil"], law=law)
     # close enough together for the detail
     slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())

@@ -7,7 +7,7 @@ from deng2026_study.audit.audit import audit_campaign
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
 from deng2026_study.printed_constants import judge_printed, judge_signs
 from deng2026_study.settings import study_settings
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import read_surface
 from oilfilm.tables import empty
 from simulated_lab.printed import read_printed_constants
@@ -28,7 +28,7 @@ with run.job(snakemake) as job:
             job.input_tables.refits,
             job.input_tables.fit_quality,
             job.settings.same_set_point.relative,
-            {oil: laws_of(oil, job.settings) for oil in oils},
+            {oil: laws_of_oil(oil, job.settings) for oil in oils},
             {oil: read_surface(job.input_tables, oil) for oil in oils},
         )
         table_by_name |= {"truth_grid": truth, "extrapolation": extrapolated}

@@ -17,7 +17,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
 from oilfilm.exports.campaign import export_campaign, export_oil
 from oilfilm.exports.description import describe, make_identifiers
-from oilfilm.fits.soundness import finished_fits
+from oilfilm.fits.soundness import finished_fit_tables
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.report.html import html_report
 from oilfilm.report.sections.build import (
@@ -116,7 +116,7 @@ def as_campaign(
     runs = _runs_table(fit, campaign_name)
     results = CampaignTables.in_memory(points=fit.campaign_points, runs=runs, **table_by_name)
     settings = _settings_of_table(fit, campaign_name)
-    results = results.replace(**finished_fits(results, settings))
+    results = results.replace(**finished_fit_tables(results, settings))
     source_file = Path(fit.source)
     provenance = {
         # a campaign has digests here; the settings of this fit are arguments of a call

@@ -20,7 +20,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.interval import CONFIDENCE, student_quantile
+from oilfilm.fits.interval import CONFIDENCE, student_half_width
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # From fewer curves the error of a difference is not estimated: one degree of freedom and less.
@@ -299,7 +299,7 @@ def jackknife_error(replicates: FloatArray) -> float:
     """
     curve_count = len(replicates)
     variance = (curve_count - 1) / curve_count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(student_quantile(CONFIDENCE, curve_count - 1) * np.sqrt(variance))
+    return float(student_half_width(CONFIDENCE, curve_count - 1) * np.sqrt(variance))
 
 
 def _best_at_ends(quality: pd.DataFrame) -> str:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.fits.conditions import fixed_from_text
+from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.traction import ALL_LAWS
 from oilfilm.traction.law import QUANTITIES
 
@@ -65,7 +65,9 @@ def certificate_sentence(quality_row: Mapping[str, Any]) -> str:
 def _unvaried_in_words(quality_row: Mapping[str, Any]) -> str:
     """The conditions that must vary for the law of a fit, and did not."""
     law = _LAW_BY_NAME[quality_row["law"]]
-    fixed_names = {fixed.condition for fixed in fixed_from_text(quality_row["fixed_conditions"])}
+    fixed_names = {
+        fixed.condition for fixed in fixed_conditions_from_json(quality_row["fixed_conditions"])
+    }
     condition_varies = np.array([name not in fixed_names for name in law.conditions])
     unvaried_names = law.unvaried_conditions(condition_varies)
     return ", ".join(QUANTITIES[name].short_meaning for name in unvaried_names)

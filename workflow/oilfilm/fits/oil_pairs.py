@@ -13,7 +13,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
-from oilfilm.fits.measured_surface import Contact, OilSurface, free_law, usable_measurements
+from oilfilm.fits.measured_surface import MeasuredContact, OilSurface, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, PairedRuns, RatioSurface, fit_ratio
@@ -146,7 +146,7 @@ def _fitted_ratio(
 
 def _oil_of_pair(measured_oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
     """The oil as a surface takes it."""
-    contact = Contact.from_points(measured_oil.points[measured_oil.points["accepted"]])
+    contact = MeasuredContact.from_points(measured_oil.points[measured_oil.points["accepted"]])
     coefficients = measured_oil.fit.coefficients
     law = free_law(
         measured_oil.fit.law, coefficients.constants, coefficients.group_has_exponent, contact

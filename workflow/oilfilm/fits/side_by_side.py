@@ -11,7 +11,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_MAGNITUDE
+from oilfilm.fits.conditions import LEAST_MAGNITUDES
 from oilfilm.fits.fitted import SLIP, FittedLaw
 from oilfilm.fits.oil_pairs import OilPair
 from oilfilm.surface.ratio import RatioSurface
@@ -120,7 +120,7 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
             "Say where to compare."
         )
     # values of these conditions may be 0 or below
-    has_no_logarithm = condition_name in LEAST_MAGNITUDE
+    has_no_logarithm = condition_name in LEAST_MAGNITUDES
     middle = (lowest + highest) / 2 if has_no_logarithm else np.sqrt(lowest * highest)
     return float(f"{middle:.3g}")
 

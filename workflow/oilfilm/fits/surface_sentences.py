@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.measured_surface import ANOTHER, OilSurface
+from oilfilm.fits.measured_surface import ANOTHER_RIG_NAME, OilSurface
 from oilfilm.fits.soundness_sentences import smallest_visible_changes
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -116,7 +116,7 @@ def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[st
         return [
             f"the next run is on one of the rigs {', '.join(rig_names)} (--rig for one of them)"
         ]
-    if rig_name == ANOTHER:
+    if rig_name == ANOTHER_RIG_NAME:
         return [
             f"the next run is on another rig: what rigs differ by is known from {len(rig_names)} "
             "rigs and from what was expected before the data"

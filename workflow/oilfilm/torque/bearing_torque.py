@@ -20,7 +20,7 @@ from oilfilm.bearing.inputs import Inputs
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication, momentum_torque_n_m
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.physics.contact import Contact, Floats
@@ -344,7 +344,7 @@ def oils_in_bearings(
         if oil_properties is None or oil_name not in quality_row_of_oil:
             continue
         quality_row = quality_row_of_oil[oil_name]
-        available_laws = laws_of(oil_name, settings)
+        available_laws = laws_of_oil(oil_name, settings)
         fitted_law_names = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
         law_name_by_variable = _law_name_by_variable(
             quality_row["law"], fitted_law_names & set(available_laws)

@@ -17,7 +17,7 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from oilfilm import tables
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.physics.contact import Conditions, Contact
@@ -248,7 +248,7 @@ def mu_at_zero_slip(
     is_of_fit = (coefficients["oil"] == oil) & (coefficients["law"] == law_name)
     if coefficients.loc[is_of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})
-    law = laws_of(oil, settings)[law_name]
+    law = laws_of_oil(oil, settings)[law_name]
     data = curve_data(results.table("points", CURVE_COLUMNS, oil=oil), law.conditions)
     fitted = FittedLaw.from_tables(coefficients, oil, law=law)
     mu = fitted.predict(data.conditions, np.zeros(len(data.run_ids))).traction_coefficient

@@ -21,9 +21,9 @@ from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.certificate_sentences import certificate_sentence
-from oilfilm.fits.conditions import fixed_from_text
+from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import CONFIDENCE, normal_quantile
+from oilfilm.fits.interval import CONFIDENCE, normal_half_width
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
 from oilfilm.logs.run_sheet import REMARKS
@@ -274,7 +274,7 @@ def constants_section(results: CampaignTables) -> Section:
     for oil, coefficients_of_oil in coefficients.groupby("oil", sort=False):
         shown_tables.append(_constants_table(coefficients_of_oil, f"constants{len(shown_tables)}"))
         if coefficients_of_oil["value"].notna().any():
-            fixed_conditions = fixed_from_text(quality["fixed_conditions"][oil])
+            fixed_conditions = fixed_conditions_from_json(quality["fixed_conditions"][oil])
             rows_of_template.append(
                 {
                     "oil": str(oil),
@@ -739,7 +739,7 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         count_before += len(accepted_points)
     drawn_rows = pd.concat(drawn_parts, ignore_index=True)
     run_index, run_names = pd.factorize(drawn_rows["run_id"])
-    half_width = normal_quantile(CONFIDENCE) * drawn_rows["traction_coefficient_se"]
+    half_width = normal_half_width(CONFIDENCE) * drawn_rows["traction_coefficient_se"]
     return {
         "names": run_names.tolist(),
         "run": run_index.tolist(),
