@@ -24,7 +24,7 @@ from oilfilm.fits.conditions import (
 from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certificate_columns
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.measured_curves import FormError, choose
+from oilfilm.fits.measured_curves import FormError, choose_curves
 from oilfilm.fits.steady_campaign import MeasuredCampaign, change_columns
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -210,5 +210,5 @@ def test_of_tests_that_tell_the_same_the_first_is_planned(bits: float) -> None:
     new[2] *= 1 + bits
     new[3] *= 1 - bits
     # a slope is as well known by either end
-    plan = choose(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
+    plan = choose_curves(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
     assert plan.chosen_indices == [0, 2, 3]

@@ -18,7 +18,7 @@ from oilfilm.fits.conditions import FixedCondition, fixed_conditions_to_json
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.soundness import soundness_row
-from oilfilm.fits.soundness_sentences import smallest_visible_changes, soundness_warnings
+from oilfilm.fits.soundness_sentences import smallest_visible_changes_sentence, soundness_warnings
 from oilfilm.settings.resolved import Settings
 from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
 
@@ -210,10 +210,10 @@ def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings)
     assert at_random["seen_trend_gain"] < 0.075
     assert np.isnan(in_order["seen_trend_gain"])
     assert in_order["seen_step_gain"] > 1.3 * at_random["seen_step_gain"]
-    sentence = smallest_visible_changes(in_order)
+    sentence = smallest_visible_changes_sentence(in_order)
     assert "none of the traction force" in sentence
     assert "pressure" in sentence
-    assert f"{at_random['seen_trend_gain']:.1%}" in smallest_visible_changes(at_random)
+    assert f"{at_random['seen_trend_gain']:.1%}" in smallest_visible_changes_sentence(at_random)
 
 
 def smooth_step(*at: np.ndarray) -> np.ndarray:

@@ -13,7 +13,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
 from oilfilm.cli.arguments import campaign_folder, quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
-from oilfilm.fits.measured_curves import uncertainties, uncertainty
+from oilfilm.fits.measured_curves import rms_uncertainty, uncertainties
 from oilfilm.settings.resolve import named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -329,11 +329,11 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         f"{_uncertainty_text(target, plan.design.uncertainty_before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
-    if information.calibration.any():
+    if information.calibration_uncertainties.any():
         precision, gradients = information.without_calibration(
             information.precision, plan.gradients
         )
-        with_exact_sensors = _uncertainty_text(target, float(uncertainty(precision, gradients)))
+        with_exact_sensors = _uncertainty_text(target, float(rms_uncertainty(precision, gradients)))
         what_is_left = "the rest is their calibration, which all tests on this rig share"
         yield f"With exact sensors it would be {with_exact_sensors}: {what_is_left}."
     else:

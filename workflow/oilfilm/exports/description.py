@@ -23,7 +23,7 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_sentences import soundness_warnings
-from oilfilm.fits.surface_sentences import misfit_beside_scatter
+from oilfilm.fits.surface_sentences import misfit_sentence
 from oilfilm.report.captions import credit
 from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Campaign
@@ -379,7 +379,7 @@ class Description:
                 f"Fit: {quality['n_points']} points of {quality['n_curves']} runs, rms error of mu "
                 f"{quality['rmse']:.2g}; {self.certificate_sentence}"
             ]
-            misfit = misfit_beside_scatter(*self.misfit_and_scatter)
+            misfit = misfit_sentence(*self.misfit_and_scatter)
             if misfit:
                 sentences.append(plain_text(misfit))
         return sentences + [

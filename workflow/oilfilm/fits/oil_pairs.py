@@ -21,7 +21,7 @@ from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
 # Fewest conditions of both oils. With fewer, the level of an interval is below 80 %.
-_FEWEST_PAIRED = 4
+_FEWEST_PAIRED_CONDITIONS = 4
 
 
 class Obstacle(StrEnum):
@@ -97,10 +97,10 @@ def oil_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> OilPair:
     ratio_or_obstacle: RatioSurface | Obstacle
     if paired_runs.share_runs():
         ratio_or_obstacle = Obstacle.SAME_RUNS
-    elif paired_count < _FEWEST_PAIRED:
+    elif paired_count < _FEWEST_PAIRED_CONDITIONS:
         ratio_or_obstacle = Obstacle.FEW_PAIRS
     else:
-        ratio_or_obstacle = _fitted_ratio(
+        ratio_or_obstacle = _ratio_by_runs(
             *oils_of_pair, assumptions, limits_of_pair(first_oil, second_oil)
         )
     return OilPair(ratio_or_obstacle, paired_count, len(is_paired) - paired_count, rig_names)
@@ -130,7 +130,7 @@ def _surfaces(*measured_oils: MeasuredOil) -> list[OilSurface]:
     return [surface for surface in surfaces if surface is not None]
 
 
-def _fitted_ratio(
+def _ratio_by_runs(
     first_oil: OilOfPair, second_oil: OilOfPair, assumptions: RunAssumptions, limits: SurfaceLimits
 ) -> RatioSurface:
     """The ratio by the runs.

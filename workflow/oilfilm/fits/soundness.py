@@ -27,7 +27,7 @@ from oilfilm.fits.steady_campaign import (
     NO_CHANGE,
     MeasuredCampaign,
     change_columns,
-    runs_in_common,
+    members_by_common_label,
 )
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
@@ -440,7 +440,7 @@ def soundness_row(
             campaign = MeasuredCampaign.from_surface(surface)
             members_by_label = {}
             if runs is not None:
-                members_by_label = runs_in_common(campaign.run_ids, runs, points)
+                members_by_label = members_by_common_label(campaign.run_ids, runs, points)
             columns = change_columns(campaign, members_by_label, settings.steadiness)
     largest_misfit = max(run_scatter, settings.surface.largest_misfit)
     law_verdict = _first_that_holds(

@@ -218,7 +218,7 @@ def searched_surface_tables(
         "search_converged": sizes.converged,
         **dict(zip(effect_columns, effect_sizes.tolist(), strict=True)),
         **{limit: getattr(limits, limit) for limit in LIMIT_NAMES},
-        **assumptions.columns(),
+        **assumptions.surface_columns(),
     }
     return CampaignTables.in_memory(
         surfaces=tables.from_rows([row], "surfaces"),

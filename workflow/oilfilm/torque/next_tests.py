@@ -25,10 +25,10 @@ from oilfilm.base.units import FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import (
-    Design,
+    CurvePlan,
     FormError,
     Information,
-    choose,
+    choose_curves,
     measured_information,
 )
 from oilfilm.fits.problem import Curves
@@ -167,7 +167,7 @@ class NextTests:
     wanted: WantedQuantities
     candidates: Candidates
     gradients: FloatArray
-    design: Design
+    design: CurvePlan
 
     def with_irreducible(self, uncertainty_by_law: Floats) -> FloatArray:
         """The whole uncertainty with some parts by the law, of the shape of these parts."""
@@ -333,7 +333,7 @@ def _next_tests(
         )
         if wanted.target == "torque" and not budget.is_by_traction:
             test_count = 0
-    design = choose(
+    design = choose_curves(
         information_with_form.precision,
         information_with_form.precision_of_curves(candidates.curves, candidates.form_error),
         gradients,
