@@ -64,7 +64,7 @@ def check_laws() -> None:
         frames = {name: pd.concat([fit.table(name) for fit in fits]) for name in FIT_TABLES}
         quality = frames["fit_quality"]
         frames["fit_quality"] = quality.assign(configured=quality["law"] == settings.fit.law)
-        results = CampaignTables.in_memory(points=points, **frames)
+        results = CampaignTables.from_frames(points=points, **frames)
         found = surface_tables_of_oil(results, OIL, settings, ())
         (row,) = tables.rows(found.surfaces)
         print(

@@ -124,7 +124,7 @@ def test_a_set_temperature_below_0_is_no_level_of_a_measured_one(config: Setting
         for name, value in constants.items()
     ]
     quality = {"oil": "4102", "law": "deng2026", "configured": True, "rmse": 1e-3}
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         runs=rows("runs", *runs),
         points=points.assign(oil="4102", accepted=True, traction_coefficient_se=np.nan),
         coefficients=rows("coefficients", *coefficients),

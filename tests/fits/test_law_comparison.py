@@ -252,7 +252,7 @@ def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> Campa
         mu = 1 + np.sqrt(errors)
         both = dict.fromkeys(("traction_coefficient", "left_out_traction_coefficient"), mu)
         beside.append(pd.DataFrame(at | {"law": law} | both))
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         fit_quality=rows("fit_quality", *about),
         law_points=pd.concat(beside),
         points=pd.DataFrame(at | {"traction_coefficient": 1.0}),
@@ -346,7 +346,7 @@ def lines(bend: float) -> tuple[CampaignTables, float]:
         quality.append(row)
         of_law = {"traction_coefficient": whole, "left_out_traction_coefficient": unseen}
         beside.append(pd.DataFrame(at | {"law": law} | of_law))
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         fit_quality=rows("fit_quality", *quality),
         law_points=pd.concat(beside),
         points=pd.DataFrame(at | {"traction_coefficient": mu}),

@@ -63,7 +63,7 @@ def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[s
         mu = 1 + factor * sign * errors
         of_points = {"traction_coefficient": mu, "left_out_traction_coefficient": mu}
         beside.append(pd.DataFrame(at | {"law": law} | of_points))
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         fit_quality=rows("fit_quality", *quality),
         law_points=pd.concat(beside),
         points=pd.DataFrame(at | {"traction_coefficient": 1.0}),

@@ -90,14 +90,18 @@ def test_every_accepted_calibration_gives_a_difference_of_rigs(
     rigs = [calibrated(accepted, accepted)] * 2
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["a", "b"])
     assert assumed.error_sizes.rig_gain.median == expected
-    again = RunAssumptions.from_tables(assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050")))
+    again = RunAssumptions.from_tables(
+        assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
+    )
     assert again.error_sizes.rig_gain.median == pytest.approx(expected, rel=1e-12)
 
 
 def test_stated_size_at_its_limit_survives_the_tables(config: Settings) -> None:
     # exp(log(0.005)) is larger than 0.005
     assumed = of_rigs(config, rig(zero_as_traction_coefficient=5e-3, slip_relative=1e-4))
-    again = RunAssumptions.from_tables(assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050")))
+    again = RunAssumptions.from_tables(
+        assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
+    )
     assert again.error_sizes.zero.median == pytest.approx(5e-3, rel=1e-12)
 
 
@@ -111,7 +115,9 @@ def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
 def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[str] | None) -> None:
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, rig_of_runs)
-    again = RunAssumptions.from_tables(assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050")))
+    again = RunAssumptions.from_tables(
+        assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
+    )
     assert again.rig_name_of_run == assumed.rig_name_of_run
     assert again.error_sizes.rig_gain.median == pytest.approx(assumed.error_sizes.rig_gain.median)
 

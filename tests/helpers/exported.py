@@ -50,7 +50,7 @@ def tables_of(
     coefficients, quality_table = planted_tables(law, dict.fromkeys(oils, constants), **quality)
     value = coefficients["value"]
     errors = {"standard_error": value.abs() / 100, "lower": value - 0.01, "upper": value + 0.01}
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         points=pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
         coefficients=coefficients.assign(**errors),
         fit_quality=quality_table,

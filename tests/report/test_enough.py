@@ -34,7 +34,9 @@ def runs(**verdicts: str) -> CampaignTables:
         for number, letter in enumerate(letters)
     ]
     lost = [{**NOTHING, "file": f"lost{number}"} for number in range(unread)]
-    return CampaignTables.in_memory(runs=rows("runs", *known), quarantine=rows("quarantine", *lost))
+    return CampaignTables.from_frames(
+        runs=rows("runs", *known), quarantine=rows("quarantine", *lost)
+    )
 
 
 @pytest.mark.parametrize(

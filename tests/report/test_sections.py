@@ -149,7 +149,7 @@ def test_lists_of_tables_are_joined_where_they_are_shown() -> None:
     for name, shown in _shown_tables().items():
         model = tables.TABLES.get(shown.get("model", name))
         for column, given in shown["columns"].items():
-            if model and column in model.names and model[column].type == "texts":
+            if model and column in model.column_names and model[column].type == "texts":
                 assert given["form"] in ("list", "laws"), (name, column)
 
 

@@ -246,7 +246,7 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
 @pytest.fixture(scope="module")
 def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
     slip = cage_slip_table(oils, config)
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config)[0],
         cage_slip=slip,
         size_effect=size_effect_table(oils, config),
@@ -258,7 +258,7 @@ def test_figures_show_their_data_or_say_that_there_are_none(config, results, nam
     figure, drawn = draw(name, results, config)
     assert len(drawn)
     assert nothing_is_cut_off(figure)
-    figure, drawn = draw(name, CampaignTables.in_memory(), config)
+    figure, drawn = draw(name, CampaignTables.from_frames(), config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 

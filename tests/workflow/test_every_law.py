@@ -43,7 +43,7 @@ def test_law_goes_from_points_to_exports(released_project: Path, tmp_path: Path,
     apply(EXTENSIONS["A law"], project)
     run_with(project, law)
     results = project / "results/small"
-    assert set(CampaignTables.in_folder(results).configured.fit_quality["law"]) == {law}
+    assert set(CampaignTables.from_folder(results).configured_fits.fit_quality["law"]) == {law}
     exports = results / "exports/4102"
     content = json.loads((exports / "traction_4102.json").read_text())
     assert content["law"]["name"] == law

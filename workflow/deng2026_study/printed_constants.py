@@ -254,7 +254,7 @@ def judge_signs(
         effects = _effects(sign_set_constants_by_oil[oil][:, is_in_use], settings)
         verdict_tables.append(_verdicts(sign_set_table, shares_by_slips, effects, settings.signs))
     if not sign_set_tables:
-        return tables.empty("signs"), tables.empty("sign_verdicts")
+        return tables.empty_table("signs"), tables.empty_table("sign_verdicts")
     return (
         tables.conform(pd.concat(sign_set_tables), "signs", "sign sets"),
         tables.conform(pd.concat(verdict_tables), "sign_verdicts", "signs"),

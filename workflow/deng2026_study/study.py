@@ -366,7 +366,7 @@ def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
     """
     if results.signs.empty:
         return Section("printed", "Printed constants")
-    coefficients = results.configured.coefficients
+    coefficients = results.configured_fits.coefficients
     coefficients = coefficients[coefficients["law"] == PAPER_LAW.name]
     fitted_constants = coefficients[["oil", "constant", "value", "verdict"]].dropna(subset="value")
     judged_constants = fitted_constants.merge(results.sign_verdicts[["oil", "constant", "sign"]])

@@ -22,15 +22,15 @@ with run.job(snakemake) as job:
         first_seen.check_and_add(digests, params.acknowledged)
         removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:
-            run.say(removed_logs)
+            run.print_line(removed_logs)
     job.provenance["inputs"] |= params.run_sheet
     compared = compare_runs(job.input_tables, job.settings)
     runs, quarantine = compared.runs, compared.quarantine
     points_path = Path(outputs.points)
     counts = runs.set_index("run_id")["plateaus"]
     parts = sorted_rows("points", list(map(Path, inputs.points)), counts, points_path.parent)
-    failed = [tables.empty("points")[["run_id", "failed_gates"]]]
-    with tables.writing("points", points_path, job.provenance, tables.ROW_GROUP) as add:
+    failed = [tables.empty_table("points")[["run_id", "failed_gates"]]]
+    with tables.writing("points", points_path, job.provenance, tables.ROWS_PER_GROUP) as add:
         for part in parts:
             points = compared.judged(part)
             add(points)
@@ -46,7 +46,7 @@ with run.job(snakemake) as job:
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": mapping_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
-        with tables.writing("points", Path(path), provenance, tables.ROW_GROUP) as add:
+        with tables.writing("points", Path(path), provenance, tables.ROWS_PER_GROUP) as add:
             for part in tables.read_parts("points", points_path):
                 add(part[part["oil"] == oil])
         tables.write(runs_of_oil, "runs", Path(runs_path), provenance)

@@ -30,4 +30,4 @@ with run.job(snakemake) as job:
     folder, is_new = make_release(finished, releases)
     # the log is the same after a job that was killed behind its release and ran again
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
-    run.say(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")
+    run.print_line(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")

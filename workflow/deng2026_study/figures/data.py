@@ -55,7 +55,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     shown_conditions = study_settings(settings).figures.fig02
     oil = shown_conditions.oil
     temperatures = shown_conditions.inlet_temperature_c
-    fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
+    fitted = FittedLaw.from_tables(results.configured_fits.coefficients, oil)
     oil_colour = style.oil_colour(oil, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
     # left: pressures at one speed; right: speeds at one pressure
@@ -112,7 +112,7 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             points = _points_at_levels(
                 results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet}
             )
-            fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
+            fitted = FittedLaw.from_tables(results.configured_fits.coefficients, oil)
             look = style.oil_look(oil, oils)
             curves.append(CurveInPanel(oil, oil, points, fitted, look["color"], look["marker"]))
         draw_curves(sheet.panel(panel_index, style.level_phrases({_PRESSURE: pressure})), curves)
@@ -475,7 +475,7 @@ def eqs11_13(
     bootstrap over curves. Beside them: the constants printed in the paper, signs restored, for
     the oils that it tested.
     """
-    table = with_printed(results.configured.coefficients, printed_coefficients)
+    table = with_printed(results.configured_fits.coefficients, printed_coefficients)
     note = "Printed: Deng et al. 2026, signs reconstructed"
     return draw_constants(table, list(settings.oils), note)
 

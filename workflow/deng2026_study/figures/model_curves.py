@@ -123,7 +123,7 @@ def _draw_cuts(
         dict(zip(fixed_names, fixed_levels, strict=True))
         for fixed_levels in itertools.product(*(getattr(levels, name) for name in fixed_names))
     ]
-    coefficients = with_printed(results.configured.coefficients, printed_coefficients)
+    coefficients = with_printed(results.configured_fits.coefficients, printed_coefficients)
     laws_by_oil = {}
     for oil in settings.oils:
         law_by_series = _laws_of_series(results, coefficients, oil)
@@ -187,7 +187,7 @@ def _laws_of_series(
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     if coefficients_of_oil.empty:
         return {}
-    configured = results.configured
+    configured = results.configured_fits
     refit = FittedLaw.from_tables(coefficients_of_oil, oil, quality=configured.fit_quality)
     refit = replace(refit, read_surface=partial(read_surface, results, oil))
     law = refit.law

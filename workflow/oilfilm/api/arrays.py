@@ -583,4 +583,4 @@ def _campaign_points(points: pd.DataFrame) -> pd.DataFrame:
     accepted_points = points.assign(
         oil=_UNNAMED_OIL, accepted=True, n_samples=1, first_row=point_number
     )
-    return tables.filled(accepted_points, "points", "the table")
+    return tables.filled_table(accepted_points, "points", "the table")

@@ -114,7 +114,7 @@ def as_campaign(
         for table_name in (*FIT_TABLES, *SURFACE_TABLES)
     }
     runs = _runs_table(fit, campaign_name)
-    results = CampaignTables.in_memory(points=fit.campaign_points, runs=runs, **table_by_name)
+    results = CampaignTables.from_frames(points=fit.campaign_points, runs=runs, **table_by_name)
     settings = _settings_of_table(fit, campaign_name)
     results = results.replace(**finished_fit_tables(results, settings))
     source_file = Path(fit.source)
@@ -137,7 +137,7 @@ def _runs_table(fit: ArrayFit, campaign_name: str) -> pd.DataFrame:
     runs = runs.reset_index().assign(
         campaign=campaign_name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
     )
-    return tables.filled(runs, "runs", "the table")
+    return tables.filled_table(runs, "runs", "the table")
 
 
 def _settings_of_table(fit: ArrayFit, campaign_name: str) -> Settings:

@@ -105,7 +105,7 @@ def read_fits(folders: Sequence[Path], oil_names: Sequence[str] | None) -> dict[
     fit_by_name = {}
     for typed_folder in folders:
         folder, footer = campaign_folder(typed_folder)
-        coefficients = CampaignTables.in_folder(folder).configured.coefficients
+        coefficients = CampaignTables.from_folder(folder).configured_fits.coefficients
         for oil_name in map(str, coefficients["oil"].unique()):
             constants = coefficients[coefficients["oil"] == oil_name]
             is_fitted = constants["value"].notna().any()

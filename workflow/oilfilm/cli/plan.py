@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         options.results = results_folder
     results_folder, footer = campaign_folder(options.results)
     settings = resolve(settings_folder, {"campaign": footer["campaign"]})
-    results = CampaignTables.in_folder(results_folder)
+    results = CampaignTables.from_folder(results_folder)
     texts, reasons = _plans_of_runs(options, results, settings, str(results_folder))
     if options.target == _CAMPAIGN_TARGET:
         _refuse_options_of_tests(options, "--for campaign plans no tests")
@@ -123,7 +123,7 @@ def _plans_of_tests(
     """Plans of tests as texts, one per oil and target, and the reasons for missing plans."""
     texts: list[str] = []
     reasons: list[str] = []
-    fitted_oils = set(results.configured.coefficients["oil"])
+    fitted_oils = set(results.configured_fits.coefficients["oil"])
     fitted_oil_names = [oil_name for oil_name in settings.oils if oil_name in fitted_oils]
     for oil_name in _chosen_oils(options, fitted_oil_names, f"{results_folder}: no fit of oil"):
         try:

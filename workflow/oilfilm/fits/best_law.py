@@ -71,7 +71,7 @@ def best_laws(results: CampaignTables, bic_difference_min: float) -> pd.DataFram
         mu_by_law = _mu_by_law(results, fit["oil"], quality_of_oil["law"])
         verdict = _verdict_columns(fit["law"], quality_of_oil, mu_by_law, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
-    return tables.filled(pd.DataFrame(rows), "law_verdicts")
+    return tables.filled_table(pd.DataFrame(rows), "law_verdicts")
 
 
 def _mu_by_law(results: CampaignTables, oil: str, law_names: Iterable[str]) -> _MuByLaw:

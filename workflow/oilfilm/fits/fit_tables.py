@@ -108,12 +108,12 @@ def _with_oil_and_law(quality_row: Mapping[str, Any], **frames: pd.DataFrame) ->
     """
     frames["fit_quality"] = pd.DataFrame([quality_row])
     oil = quality_row["oil"]
-    finished = {name: tables.empty(name) for name in FIT_TABLES}
+    finished = {name: tables.empty_table(name) for name in FIT_TABLES}
     for name, frame in frames.items():
         if len(frame):
             rows = frame.assign(oil=oil, law=quality_row["law"])
-            finished[name] = tables.filled(rows, name, f"fit of {oil}")
-    return CampaignTables.in_memory(**finished)
+            finished[name] = tables.filled_table(rows, name, f"fit of {oil}")
+    return CampaignTables.from_frames(**finished)
 
 
 def _coefficient_rows(

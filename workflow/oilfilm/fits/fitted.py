@@ -419,7 +419,7 @@ class FittedLaw:
                 interval of the next run `surfaces`, `surface_sizes` and `points` as well.
             oil: The oil.
         """
-        fits = results.configured
+        fits = results.configured_fits
         fit = cls.from_tables(
             fits.coefficients,
             oil,
@@ -925,8 +925,8 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
     """
     for name in _TABLES_OF_A_FIT:
         refuse_oversized(Path(folder, "tables", f"{name}.parquet"))
-    results = CampaignTables.in_folder(Path(folder))
-    oils = sorted(results.configured.fit_quality["oil"])
+    results = CampaignTables.from_folder(Path(folder))
+    oils = sorted(results.configured_fits.fit_quality["oil"])
     if oil is None and len(oils) == 1:
         oil = oils[0]
     if oil is None or oil not in oils:

@@ -72,7 +72,7 @@ def read_oil(folder: Path, oil_name: str) -> MeasuredOil:
         folder: Folder of the results, which contains the folder `tables`.
         oil_name: Name of the oil.
     """
-    results = CampaignTables.in_folder(folder)
+    results = CampaignTables.from_folder(folder)
     points, runs = results.table("points", CURVE_COLUMNS, oil=oil_name), results.runs
     has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
     return MeasuredOil(

@@ -57,15 +57,17 @@ def lack_of_fit_table(results: CampaignTables, settings: Settings) -> pd.DataFra
     """
     condition_of_run = _condition_of_run(results, settings)
     rows = []
-    for quality_row in tables.rows(results.configured.fit_quality):
+    for quality_row in tables.rows(results.configured_fits.fit_quality):
         row = {"oil": quality_row["oil"], "law": quality_row["law"], "verdict": "no fit"}
         if not np.isnan(quality_row["rmse"]):
             row.update(
-                _lack_of_fit_columns(quality_row, results.configured, condition_of_run, settings)
+                _lack_of_fit_columns(
+                    quality_row, results.configured_fits, condition_of_run, settings
+                )
             )
         rows.append(row)
     # a row without a fit lacks most columns: they become null, 0 or empty
-    return tables.filled(pd.DataFrame(rows), "lack_of_fit")
+    return tables.filled_table(pd.DataFrame(rows), "lack_of_fit")
 
 
 def _lack_of_fit_columns(
@@ -375,7 +377,7 @@ def soundness_table(
         lack_of_fit: Table `lack_of_fit`.
         settings: `fit`, `surface` and `steadiness`.
     """
-    fits = results.configured
+    fits = results.configured_fits
     quality_row_by_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     lack_verdict_by_oil = lack_of_fit.set_index("oil")["verdict"]
     rows = []

@@ -58,7 +58,9 @@ def surface_tables_of_oil(
     """
     basis = _surface_basis(results, oil, settings, rigs)
     if basis is None:
-        return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
+        return CampaignTables.from_frames(
+            **{table: tables.empty_table(table) for table in SURFACE_TABLES}
+        )
     tables.release_memory()
     return searched_surface_tables(
         oil,
@@ -220,7 +222,7 @@ def searched_surface_tables(
         **{limit: getattr(limits, limit) for limit in LIMIT_NAMES},
         **assumptions.surface_columns(),
     }
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         surfaces=tables.from_rows([row], "surfaces"),
         surface_sizes=tables.from_rows(
             [*_size_rows(oil, sizes), *assumptions.size_rows(oil)], "surface_sizes"

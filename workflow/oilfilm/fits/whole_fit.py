@@ -58,7 +58,7 @@ def refuse_contradictions(results: CampaignTables, folder: str, oil: str) -> Non
         OilfilmError: A row is missing or there twice, there is no such law, or a constant of the
             law is missing or has the wrong sign.
     """
-    configured_tables = results.configured
+    configured_tables = results.configured_fits
     for complaint in _complaints(results, configured_tables, oil):
         raise OilfilmError(f"{folder}: fit of oil {oil!r}: {complaint}. {_ADVICE}")
 

@@ -23,18 +23,18 @@ from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import REQUIREMENTS_LOCK_FILE, project_path
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (
-    CHECKSUMS,
-    CODE,
-    CONFIG,
-    ENVIRONMENT,
-    LOCK,
-    MANIFEST,
+    CHECKSUMS_FILE,
+    CODE_FOLDER,
+    CONFIG_FILE,
+    ENVIRONMENT_FILE,
+    LOCK_FILE,
+    MANIFEST_FILE,
     FileRecord,
-    MadeFrom,
     Manifest,
+    ReleaseInputs,
     canonical_json,
     checksums,
-    sha256_of,
+    text_sha256,
 )
 from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.releases.stored_release import StoredRelease
@@ -46,7 +46,7 @@ from oilfilm.settings.messages import validated
 from oilfilm.settings.resolve import unresolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables.samples_content import content_digest
+from oilfilm.tables.samples_content import samples_digest_and_row_count
 
 _REPORT = "report.html"
 # Folder of the samples below the results.
@@ -112,11 +112,11 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
             it, or the release exists already with other content.
     """
     config_text = as_yaml(run.settings.plain())
-    made_from = MadeFrom(
+    made_from = ReleaseInputs(
         campaign=run.settings.campaign.name,
         data=run.settings.campaign.data,
         tag=run.settings.release.tag,
-        config=sha256_of(config_text),
+        config=text_sha256(config_text),
         code=code_tree_digest(run.home),
         lock=file_digest(run.home / REQUIREMENTS_LOCK_FILE),
         environment=environment(run.home),
@@ -185,7 +185,7 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
 
 
 def _collect_files(
-    run: FinishedRun, made_from: MadeFrom, config_text: str, folder: Path
+    run: FinishedRun, made_from: ReleaseInputs, config_text: str, folder: Path
 ) -> Manifest:
     """Copy every file of a release into a folder, and write its manifest.
 
@@ -194,17 +194,17 @@ def _collect_files(
     """
     result_files = run.files_below_results()
     _refuse_damaged(run, result_files)
-    source_by_path = {LOCK: run.home / REQUIREMENTS_LOCK_FILE}
+    source_by_path = {LOCK_FILE: run.home / REQUIREMENTS_LOCK_FILE}
     for path_in_release, path in result_files.items():
         if not path_in_release.startswith(_SAMPLES):
             source_by_path[path_in_release] = path
     for path_in_release, path in code_files(run.home).items():
-        source_by_path[f"{CODE}/{path_in_release}"] = path
+        source_by_path[f"{CODE_FOLDER}/{path_in_release}"] = path
     for path_in_release, path in source_by_path.items():
         copy_file(path, folder / path_in_release)
     text_by_path = {
-        CONFIG: config_text,
-        ENVIRONMENT: canonical_json(made_from.environment.model_dump()),
+        CONFIG_FILE: config_text,
+        ENVIRONMENT_FILE: canonical_json(made_from.environment.model_dump()),
         "tables/datapackage.json": data_package(
             run.settings, folder / "tables", folder.glob("tables/*.parquet")
         ),
@@ -219,8 +219,8 @@ def _collect_files(
         for path_in_release in files_below(folder)
     ]
     manifest = Manifest.from_records(made_from, records, _sample_records(result_files))
-    (folder / MANIFEST).write_bytes(manifest.text().encode("utf-8"))
-    (folder / CHECKSUMS).write_bytes(checksums(manifest).encode("utf-8"))
+    (folder / MANIFEST_FILE).write_bytes(manifest.text().encode("utf-8"))
+    (folder / CHECKSUMS_FILE).write_bytes(checksums(manifest).encode("utf-8"))
     return manifest
 
 
@@ -238,7 +238,7 @@ def _sample_records(result_files: Mapping[str, Path]) -> list[FileRecord]:
     bytes_per_row = 8 * (len(tables.columns("samples")) - 1)
     records = []
     for folder, files in sorted(files_of_oil.items()):
-        digest, row_count = content_digest(files)
+        digest, row_count = samples_digest_and_row_count(files)
         records.append(FileRecord(path=folder, sha256=digest, size=row_count * bytes_per_row))
     return records
 
@@ -322,7 +322,7 @@ def lay_out_rebuild(stored: StoredRelease, root: Path, folder: Path) -> Settings
         raise OilfilmError(
             f"{stored.folder}: config.yaml is not a configuration of this version of oilfilm "
             f"({error}). If the release was made by another version, rebuild it with a clone of "
-            f"that version; its code is in the folder {CODE}/ of the release."
+            f"that version; its code is in the folder {CODE_FOLDER}/ of the release."
         ) from error
     for path, text in text_by_config_path.items():
         target = folder / "config" / path

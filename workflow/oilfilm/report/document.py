@@ -237,7 +237,7 @@ class ShownColumn:
 
     def described(self, model: tables.Table) -> "ShownColumn":
         """The column, completed with unit, meaning and type from the model of its table."""
-        if self.name not in model.names:
+        if self.name not in model.column_names:
             return replace(self, unit=self.unit or "")
         column = model[self.name]
         unit = column.shown_unit.replace("degC", "\N{DEGREE SIGN}C")

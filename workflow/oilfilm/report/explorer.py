@@ -157,7 +157,7 @@ def explored_fits(results: CampaignTables, load_n_at_1_gpa: float | None) -> dic
         load_n_at_1_gpa: As of the function `load_at_1_gpa`; laws of load need it.
     """
     fit_by_oil = {}
-    for oil in results.configured.fit_quality["oil"]:
+    for oil in results.configured_fits.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
         lacks_constants = np.isnan(fit.coefficients.constants).any()
         lacks_load = load_n_at_1_gpa is None and _LOAD in fit.law.conditions

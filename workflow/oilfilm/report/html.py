@@ -124,7 +124,7 @@ def html_report(
         "style": _asset("page.css"),
         "equations": [
             (Markup(mathml(LAWS[name])), LAWS[name].source)  # noqa: S704  (our own text)
-            for name in dict.fromkeys(results.configured.coefficients["law"])
+            for name in dict.fromkeys(results.configured_fits.coefficients["law"])
         ],
         "gallery": pictures_by_category,
         "signals": signal_pictures,

@@ -104,7 +104,7 @@ def start_python_by_name() -> None:
         sys.executable = python.name
 
 
-def bring_dates_back(folders: Iterable[Path]) -> None:
+def reset_future_dates(folders: Iterable[Path]) -> None:
     """Set dates in the future to the present, as after a clock was set back.
 
     Snakemake refuses an output that is older than its input.

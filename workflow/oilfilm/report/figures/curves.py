@@ -110,7 +110,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         if points.empty:
             panel.say("no accepted point")
             continue
-        fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
+        fitted = FittedLaw.from_tables(results.configured_fits.coefficients, oil)
         points, labels = _with_conditions(runs, points)
         colour = style.oil_colour(oil, oils)
         has_few_points = len(points) <= _POINTS_TOLD_APART
@@ -329,7 +329,7 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
 
     None where the oil has no fit or no accepted point.
     """
-    coefficients = results.configured.coefficients
+    coefficients = results.configured_fits.coefficients
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     if coefficients_of_oil.empty:
         return None

@@ -57,7 +57,7 @@ def constants(results: CampaignTables, settings: Settings) -> Sheet:
     Fitted constants of the traction law for each oil, with their standard errors from a
     bootstrap over curves; none where there are too few.
     """
-    table = results.configured.coefficients.assign(printed_value=np.nan)
+    table = results.configured_fits.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
 
 
@@ -166,7 +166,7 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     Correlation of each pair of constants, by the bootstrap over curves or, with too few curves,
     by the Jacobian. Near 1 or -1 the two constants replace each other.
     """
-    correlations = results.configured.correlations
+    correlations = results.configured_fits.correlations
     sheet, panels = oil_grid(
         style.oils_in(correlations, settings),
         "No oil has a fit.",
@@ -405,7 +405,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
 
 def _fit_by_oil(results: CampaignTables) -> dict[str, FittedLaw]:
     """The configured law of each oil that has one of pressure, speed and temperature."""
-    configured = results.configured
+    configured = results.configured_fits
     fit_by_oil = {}
     for oil in configured.coefficients["oil"].unique():
         fit = FittedLaw.from_tables(configured.coefficients, oil, quality=configured.fit_quality)

@@ -174,7 +174,7 @@ class Sheet:
     def drawn(self) -> pd.DataFrame:
         """The table `drawn`, of what the panels have drawn so far."""
         if not self.drawn_parts:
-            return tables.empty("drawn")
+            return tables.empty_table("drawn")
         column_of_name = {}
         for name in self.drawn_parts[0]:
             column_of_name[name] = np.concatenate(

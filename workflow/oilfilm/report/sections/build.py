@@ -73,7 +73,7 @@ _TIE = (
 
 def fits_section(results: CampaignTables) -> Section:
     """Misfit, certificate and uncertainty of each fit, noise and lack of fit."""
-    quality = results.configured.fit_quality
+    quality = results.configured_fits.fit_quality
     lack_of_fit = results.lack_of_fit
     verdict_by_oil = {str(row["oil"]): row for row in tables.rows(results.soundness)}
     facts_on_fits = facts(
@@ -87,7 +87,7 @@ def fits_section(results: CampaignTables) -> Section:
             {"oil": row["oil"], "certificate": certificate_sentence(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
         ],
-        odd_curves=_odd_curves(results.configured.curve_residuals),
+        odd_curves=_odd_curves(results.configured_fits.curve_residuals),
         same_gain=_GAIN_OF_OTHER_SHAPE,
         misfits=tables.rows(lack_of_fit),
         unrepeated=tables.rows(lack_of_fit[lack_of_fit["verdict"] == "no repeats"]),
@@ -137,7 +137,7 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
     zero.
     """
     quantiles_by_oil = {}
-    for oil in results.configured.fit_quality["oil"]:
+    for oil in results.configured_fits.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
         columns = ["accepted", *fit.law.conditions, "slide_roll_ratio"]
         accepted_points = results.table("points", columns, oil=oil)
@@ -192,9 +192,9 @@ def answer_section(results: CampaignTables, settings: Settings) -> Section:
         oil: f"{accepted_of_oil.sum()} of {len(accepted_of_oil)}"
         for oil, accepted_of_oil in is_accepted.groupby(runs["oil"])
     }
-    oils = results.configured.fit_quality["oil"]
+    oils = results.configured_fits.fit_quality["oil"]
     unknown_mu = _PredictedMu(np.nan, "not known")
-    answers = results.configured.fit_quality.assign(
+    answers = results.configured_fits.fit_quality.assign(
         mu=[predicted_by_oil.get(oil, unknown_mu).mu for oil in oils],
         interval=[predicted_by_oil.get(oil, unknown_mu).interval for oil in oils],
         beside=[comparison_by_oil.get(oil, "not compared") for oil in oils],
@@ -267,8 +267,8 @@ def _comparison_in_words(row: Mapping[str, Any]) -> str:
 
 def constants_section(results: CampaignTables) -> Section:
     """One table per oil, and a sentence for each constant that the data do not determine."""
-    coefficients = results.configured.coefficients
-    quality = results.configured.fit_quality.set_index("oil")
+    coefficients = results.configured_fits.coefficients
+    quality = results.configured_fits.fit_quality.set_index("oil")
     rows_of_template = []
     shown_tables: list[ShownTable] = []
     for oil, coefficients_of_oil in coefficients.groupby("oil", sort=False):
@@ -501,7 +501,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         undecided=undecided_plateaus(converged),
         bistable_points=bistable_points_text(converged),
         why_lost=_reasons_lost(torque[~torque["converged"]]),
-        lacks_refits=_lacks_refits(with_one_motion, results.configured.coefficients),
+        lacks_refits=_lacks_refits(with_one_motion, results.configured_fits.coefficients),
         lacks_momentum=converged["momentum_torque_n_m"].isna().any(),
         control=_truths_by_verdict(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
