@@ -77,9 +77,9 @@ def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) 
 def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
     drawing: Draw, results: CampaignTables, monkeypatch: pytest.MonkeyPatch, name: str, panels: str
 ) -> None:
-    monkeypatch.setattr(curves, "_POINTS_TOLD_APART", 100)
+    monkeypatch.setattr(curves, "_MOST_POINTS_TOLD_APART", 100)
     _, all_drawn = drawing(name)
-    monkeypatch.setattr(curves, "_RUNS_DRAWN", 10)
+    monkeypatch.setattr(curves, "_MOST_RUNS_DRAWN", 10)
     figure, drawn = drawing(name)
     own = {"curves": "measured", "residuals": "point"}[name]
     points_of_run = len(results.points) // results.points["run_id"].nunique()

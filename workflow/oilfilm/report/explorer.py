@@ -67,7 +67,9 @@ class Axis:
     idle: bool = False
 
     @classmethod
-    def over(cls, name: str, low: float, high: float, start: float, idle: bool = False) -> "Axis":
+    def with_round_steps(
+        cls, name: str, low: float, high: float, start: float, idle: bool = False
+    ) -> "Axis":
         """A slider over `low` to `high`; the step is a power of ten that gives 100 steps or more.
 
         Args:
@@ -201,7 +203,7 @@ def sliders(
         idle = name != "slide_roll_ratio" and not any(
             fit.coefficients.group_has_exponent[index] for fit in fit_by_oil.values()
         )
-        axes.append(Axis.over(name, low, high, start, idle))
+        axes.append(Axis.with_round_steps(name, low, high, start, idle))
     return axes
 
 
