@@ -172,9 +172,9 @@ class Prediction:
             inside, NaN where the box is unknown, infinite where `away`.
         away: True where a condition that the fit does not follow is not on its tested level or
             line. mu is not known there, so it is NaN.
-        spacings: Distance to the nearest tested conditions, in units of the largest step between
-            neighbouring levels of each condition; 0.5 at most within a full grid; NaN where the
-            tested conditions are not known.
+        spacings: Distance to the nearest tested conditions, in spacings: a spacing is the largest
+            step between neighbouring levels of a condition. At most 0.5 within a full grid; NaN
+            where the tested conditions are not known.
         support: Whether the measurements support an interval: a name of
             `oilfilm.surface.support.Support` in lower case; empty where there is no surface.
         from_surface: True where mu is that of the surface.

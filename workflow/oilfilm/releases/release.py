@@ -68,7 +68,8 @@ class FinishedRun:
         raw_digest_by_path: sha256 of each raw log when the run read it, by path. Empty for
             simulated logs, because the run writes them.
         step_listings: Files in which each step has listed the sha256 of its outputs.
-        copies_folder: Folder with the local copies of files in object storage.
+        copies_folder: Folder with the local copies of files in object storage; below it a file has
+            the path that it has below `root`.
     """
 
     root: Path

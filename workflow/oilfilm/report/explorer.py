@@ -54,7 +54,8 @@ class Axis:
         steps: Number of steps from `low` to `high`.
         digits: Decimals of every value.
         start: First value.
-        idle: True where no fit depends on it: it was tested at one level, or is not known.
+        idle: Whether no fit depends on it, because it was tested at one level or is not known. The
+            page then hides its slider.
     """
 
     name: str
