@@ -34,8 +34,8 @@ from simulated import simulate_curves
 
 from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import varied_condition_mask
-from oilfilm.fits.engine import population_sse, search
 from oilfilm.fits.fit_tables import certificate_columns
+from oilfilm.fits.global_search import population_sse, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.settings.resolve import resolve

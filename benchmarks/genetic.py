@@ -29,7 +29,7 @@ from scipy.optimize import least_squares
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.engine import search
+from oilfilm.fits.global_search import search
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import to_internal

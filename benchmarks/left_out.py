@@ -32,7 +32,7 @@ from fit_points import accepted_points  # noqa: E402
 from law_points import compare_laws  # noqa: E402
 from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits import fit  # noqa: E402
-from oilfilm.fits.engine import Optimum  # noqa: E402
+from oilfilm.fits.global_search import Optimum  # noqa: E402
 from oilfilm.fits.problem import Problem  # noqa: E402
 from oilfilm.settings.config import FitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402

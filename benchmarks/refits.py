@@ -28,8 +28,8 @@ from simulated import simulate_curves
 
 from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import varied_condition_mask
-from oilfilm.fits.engine import Optimum, is_at_bound, search
 from oilfilm.fits.fit import laws_of_oil
+from oilfilm.fits.global_search import Optimum, is_at_bound, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.settings.resolve import resolve

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
-from oilfilm.fits.engine import Optimum, polish, population_sse, search
 from oilfilm.fits.fit import errors_at_curves_left_out
+from oilfilm.fits.global_search import Optimum, polish, population_sse, search
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import naive_covariance, profiles
 from oilfilm.traction.law import to_internal

@@ -15,13 +15,13 @@ from nights import quick_ones
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.fits import engine
+from oilfilm.fits import global_search
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import fixed_conditions_from_json
-from oilfilm.fits.engine import Optimum, polish
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fit_tables import certificate_columns, gradient_cosine, hessian_spectrum
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.global_search import Optimum, polish
 from oilfilm.fits.robust_fit import fit_robustly
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.report.sections.build import curve_facts
@@ -55,7 +55,7 @@ def test_noise_free_data_give_the_planted_constants(quick: Settings, oil: str) -
 @pytest.mark.parametrize("oil", quick_ones(OILS, ["4010"]))
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(quick: Settings, oil: str) -> None:
     task = problem_of(make_points(oil, matrix(), noise=2e-4))
-    ends = engine.search(task, quick.fit, [generator(seed, "seeds") for seed in range(20)])
+    ends = global_search.search(task, quick.fit, [generator(seed, "seeds") for seed in range(20)])
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
 
@@ -64,7 +64,7 @@ def test_a_candidate_without_traction_is_worse_than_any_other() -> None:
     task = problem_of(make_points("4102", matrix()))
     # exponents of 700 leave no number: infinite sizes, and infinity times zero at S = 0
     hopeless = np.full((1, len(task.free_names)), 700.0)
-    assert engine.population_sse(task, hopeless) == np.inf
+    assert global_search.population_sse(task, hopeless) == np.inf
 
 
 @pytest.mark.parametrize("oil", OILS)
@@ -91,7 +91,7 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
     estimates, errors = [], []
     for _ in range(150):
         noisy = replace(task, mu=task.mu + 2e-4 * random.standard_normal(len(task.mu)))
-        end = engine.polish(noisy, truth)
+        end = global_search.polish(noisy, truth)
         estimates.append(end.constants)
         errors.append(np.sqrt(np.diag(naive_covariance(noisy, end))))
     ratio = np.std(estimates, axis=0, ddof=1) / np.mean(errors, axis=0)
@@ -181,7 +181,7 @@ def test_law_is_fitted_where_no_condition_that_it_needs_is_unvaried(
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings) -> None:
     task = problem_of(make_points("4102", matrix(), noise=2e-4))
-    (end,) = engine.search(task, quick.fit, [generator(1, "x")])
+    (end,) = global_search.search(task, quick.fit, [generator(1, "x")])
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
     assert certificate_columns(task, [end, end], errors, quick.fit)["certified"]
     off = end.constants + 0.5 * errors

@@ -13,7 +13,7 @@ from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, poin
 from nights import nightly
 from oilfilm import tables
 from oilfilm.base.randomness import generator
-from oilfilm.fits import engine
+from oilfilm.fits import global_search
 from oilfilm.fits.best_law import _error_of_fit, best_laws
 from oilfilm.fits.conditions import level_numbers_by_gap
 from oilfilm.fits.fit import (
@@ -88,7 +88,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
             ),
             mu=task.mu[~mine],
         )
-        end = engine.polish(others, best.constants)
+        end = global_search.polish(others, best.constants)
         expected = task.residual(end.constants)[mine]
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
 

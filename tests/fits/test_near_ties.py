@@ -21,9 +21,9 @@ from oilfilm.fits.conditions import (
     level_numbers_by_gap,
     varied_condition_mask,
 )
-from oilfilm.fits.engine import Optimum
 from oilfilm.fits.fit_tables import certificate_columns
 from oilfilm.fits.fitted import Coefficients, FittedLaw
+from oilfilm.fits.global_search import Optimum
 from oilfilm.fits.measured_curves import FormError, choose_curves
 from oilfilm.fits.steady_campaign import MeasuredCampaign, change_columns
 from oilfilm.settings.resolved import Settings

@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.report.enough import accepted_runs_text, shortfall_sentences
+from oilfilm.report.accepted_runs import accepted_runs_text, shortfall_sentences
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables

@@ -13,7 +13,7 @@ from oilfilm.base import home, studies
 from oilfilm.base.digests import code_digest, file_digest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import HOME, PACKAGE
-from oilfilm.releases.tree import code_tree_digest
+from oilfilm.releases.code_tree import code_tree_digest
 from oilfilm.run.start import (
     reset_future_dates,
     check_image,

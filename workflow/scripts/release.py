@@ -7,8 +7,8 @@ from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import HOME
 from oilfilm.logs.raw_files import read_listings
+from oilfilm.releases.code_tree import code_tree_digest
 from oilfilm.releases.release import FinishedRun, make_release
-from oilfilm.releases.tree import code_tree_digest
 
 with run.job(snakemake) as job:
     inputs, params = snakemake.input, snakemake.params

@@ -20,7 +20,6 @@ from oilfilm.fits.conditions import (
     varied_condition_mask,
 )
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, is_at_bound, polish, search
 from oilfilm.fits.fit_tables import (
     Solution,
     certificate_columns,
@@ -28,6 +27,7 @@ from oilfilm.fits.fit_tables import (
     tables_of_fit,
     tables_without_fit,
 )
+from oilfilm.fits.global_search import Optimum, is_at_bound, polish, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.fits.robust_fit import fit_robustly
 from oilfilm.fits.uncertainty import (

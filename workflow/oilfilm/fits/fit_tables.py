@@ -17,7 +17,7 @@ from oilfilm import tables
 from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import FixedCondition, fixed_conditions_from_json
-from oilfilm.fits.engine import Optimum
+from oilfilm.fits.global_search import Optimum
 from oilfilm.fits.interval import normal_half_width
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.robust_fit import RobustFit, curve_agreement

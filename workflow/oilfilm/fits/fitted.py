@@ -33,8 +33,8 @@ from oilfilm.fits.interval import (
     student_half_width,
 )
 from oilfilm.fits.measured_surface import LawConstants, OilSurface, surface_from_tables
+from oilfilm.fits.saved_fit_tables import explaining_contradictions, refuse_contradictions
 from oilfilm.fits.soundness_sentences import soundness_warnings
-from oilfilm.fits.whole_fit import explaining_contradictions, refuse_contradictions
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_oversized

@@ -13,7 +13,7 @@ import numpy as np
 
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum
+from oilfilm.fits.global_search import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 

@@ -12,7 +12,7 @@ import pandas as pd
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.global_search import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 
 # Relative decrease of the SSE at which a refit ends. A refit is one draw from a distribution:

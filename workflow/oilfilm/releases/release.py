@@ -21,6 +21,7 @@ from oilfilm.base.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.base.digests import file_digest, files_below, files_of
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import REQUIREMENTS_LOCK_FILE, project_path
+from oilfilm.releases.code_tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (
     CHECKSUMS_FILE,
@@ -38,7 +39,6 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.releases.stored_release import StoredRelease
-from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.campaign import Campaign

@@ -21,6 +21,7 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.digests import file_digest, files_below
 from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.releases.code_tree import PINS, copy_file
 from oilfilm.releases.manifest import (
     CHECKSUMS_FILE,
     CONFIG_FILE,
@@ -32,7 +33,6 @@ from oilfilm.releases.manifest import (
     is_inside,
     read_manifest,
 )
-from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables import MOST_BYTES_UNPACKED, READ_ERRORS, refuse_oversized
 

@@ -27,6 +27,7 @@ from oilfilm.fits.interval import CONFIDENCE, normal_half_width
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
 from oilfilm.logs.run_sheet import REMARKS
+from oilfilm.report.accepted_runs import names_of_unread_logs, shortfall_sentences
 from oilfilm.report.document import (
     Fact,
     Section,
@@ -36,7 +37,6 @@ from oilfilm.report.document import (
     number_formatter,
     show_table,
 )
-from oilfilm.report.enough import names_of_unread_logs, shortfall_sentences
 from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa, sliders
 from oilfilm.report.names import CONDITION_TEXTS, gate_in_words, law_title
 from oilfilm.settings.resolved import Settings
