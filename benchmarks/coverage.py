@@ -28,9 +28,9 @@ from threadpoolctl import threadpool_limits
 
 from oilfilm import tables
 from oilfilm.base.randomness import generator
-from oilfilm.fits.fit import fit_oil, laws_of
+from oilfilm.fits.fit import fit_oil, laws_of_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.soundness import verdict_of_fit
+from oilfilm.fits.soundness import soundness_row
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.resolve import resolve
 from oilfilm.traction.law import FloatArray
@@ -128,12 +128,12 @@ def truth_of(name: str, oil: str) -> TrueTraction:
     exact = replace(RunErrors(), **dict.fromkeys(vars(RunErrors()), 0.0))
     campaign = Campaign(LawTruth(constants[oil]), settings.common_contact(), exact)
     points = campaign.points(conditions_of(72), generator(1, "truth"), oil)
-    law = laws_of(oil, settings)[name]
+    law = laws_of_oil(oil, settings)[name]
     if name == "wang-deng-critical-load":
         # its own nearest constants have the critical load between two tested loads
         nested = truth_of("wang-deng-load", oil).fit
         constants = np.append(nested.coefficients.constants, (1e-3, -1.0, 0.0, 0.0))
-        fitted = FittedLaw(law, Coefficients.bare(law, constants))
+        fitted = FittedLaw(law, Coefficients.from_constants(law, constants))
     else:
         fitted = _fitted(fit_oil(points, oil, _quick(72), 1, law), oil, law)
     return PointTruth(fitted, settings.common_contact())
@@ -170,7 +170,7 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     fit = with_surface(fit, oil, settings)
     fitted = FittedLaw.from_results(fit, oil)
     (quality,) = tables.rows(fit.fit_quality)
-    sound = verdict_of_fit(quality, fitted, points, settings)["sound"]
+    sound = soundness_row(quality, fitted, points, settings)["sound"]
     conditions = spread_conditions(matrix.min(axis=0), matrix.max(axis=0), NEW_CONDITIONS, random)
     at, slip = np.repeat(conditions, len(SLIPS), axis=0), np.tile(SLIPS, NEW_CONDITIONS)
     true = campaign.truth(*at.T, slip)

@@ -53,7 +53,7 @@ def make(folder: Path) -> None:
     from campaigns import carry_through, printed  # noqa: PLC0415
     from law_points import compare_laws  # noqa: PLC0415
     from oilfilm.base.home import HOME  # noqa: PLC0415
-    from oilfilm.releases.tree import environment  # noqa: PLC0415
+    from oilfilm.releases.code_tree import environment  # noqa: PLC0415
     from oilfilm.settings.resolve import resolve  # noqa: PLC0415
     from simulated_lab.simulate import simulate_campaign  # noqa: PLC0415
 

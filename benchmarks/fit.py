@@ -33,9 +33,9 @@ from scipy.optimize import Bounds, differential_evolution, least_squares
 from simulated import simulate_curves
 
 from oilfilm.base.randomness import generator
-from oilfilm.fits.conditions import varied
-from oilfilm.fits.engine import population_sse, search
-from oilfilm.fits.fit_tables import certify
+from oilfilm.fits.conditions import varied_condition_mask
+from oilfilm.fits.fit_tables import certificate_columns
+from oilfilm.fits.global_search import population_sse, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, naive_covariance
 from oilfilm.settings.resolve import resolve
@@ -73,7 +73,9 @@ def task(oil: str, copies: int = 1) -> tuple[Problem, CurveData]:
     data = simulate_curves(
         PRINTED[oil], np.tile(conditions, (copies, 1)), CONFIG.campaign.twin, rig, random
     )
-    return build_problem(PAPER_LAW, data, varied(CONDITIONS, data.conditions, CONFIG.fit)), data
+    return build_problem(
+        PAPER_LAW, data, varied_condition_mask(CONDITIONS, data.conditions, CONFIG.fit)
+    ), data
 
 
 def raw_sse(data: CurveData) -> Callable[[FloatArray], float]:
@@ -234,7 +236,7 @@ def certified(problem: Problem, data: CurveData) -> float:
     optima = search(problem, CONFIG.fit, [generator(seed, "certified") for seed in range(5)])
     best = min(optima, key=lambda optimum: optimum.sse)
     errors = np.sqrt(np.diag(naive_covariance(problem, best)))
-    verdict = certify(problem, optima, errors, CONFIG.fit)
+    verdict = certificate_columns(problem, optima, errors, CONFIG.fit)
     seconds = time.perf_counter() - start
     if not verdict["certified"]:
         print(verdict["doubts"])

@@ -29,7 +29,7 @@ from scipy.optimize import least_squares
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.engine import search
+from oilfilm.fits.global_search import search
 from oilfilm.fits.problem import CurveData, Problem
 from oilfilm.traction import PAPER_LAW
 from oilfilm.traction.law import to_internal
@@ -58,10 +58,10 @@ def ends(oil: str, seeds: int) -> Iterator[tuple[str, int, FloatArray]]:
     """Search, seed and constants of every end."""
     problem, data = task(oil)
     (best,) = search(problem, CONFIG.fit, [generator(0, "bench-ga")])
-    yield OURS, 0, problem.reported(best.constants)
+    yield OURS, 0, problem.in_equation_form(best.constants)
     for seed in range(seeds):
         yield RAW, seed, genetic(raw_sse(data), RAW_BOX, seed)
-        yield LOGS, seed, problem.reported(genetic(log_sse(problem), LOG_BOX, seed))
+        yield LOGS, seed, problem.in_equation_form(genetic(log_sse(problem), LOG_BOX, seed))
 
 
 def polished_raw(constants: FloatArray, data: CurveData) -> FloatArray:
@@ -80,7 +80,7 @@ def polished_logs(values: FloatArray, problem: Problem) -> FloatArray:
     low, high = LOG_BOX.T
     inside = np.clip(values, low + 1e-9, high - 1e-9)
     end = least_squares(problem.residual, inside, problem.jacobian, bounds=(low, high), **POLISH)
-    return problem.reported(end.x)
+    return problem.in_equation_form(end.x)
 
 
 def polished_ends(oil: str, rows: Sequence[Row]) -> Iterator[tuple[str, int, FloatArray]]:

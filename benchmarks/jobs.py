@@ -81,7 +81,10 @@ def multiply(share: Path, runs: int) -> int:
     all_runs = pd.concat(made_runs, ignore_index=True)
     tables.write(all_runs, "runs", paths["runs"], provenance["runs"])
     tables.write(
-        tables.empty("quarantine"), "quarantine", paths["quarantine"], {**provenance["quarantine"]}
+        tables.empty_table("quarantine"),
+        "quarantine",
+        paths["quarantine"],
+        {**provenance["quarantine"]},
     )
     digests = dict(zip(all_runs["file"], all_runs["sha256"], strict=True))
     (share / "logs.sha256").write_text(
@@ -116,7 +119,7 @@ def made(
         of_runs = pd.DataFrame([run] * len(block)).reset_index(drop=True)
         of_runs = of_runs.assign(run_id=names, file=names, sha256=digests, content_sha256=digests)
         of_runs = of_runs.assign(**{f"nominal_{n}": block[:, i] for i, n in enumerate(CONDITIONS)})
-        of_runs = of_runs.astype(tables.empty("runs").dtypes.to_dict())
+        of_runs = of_runs.astype(tables.empty_table("runs").dtypes.to_dict())
         each = np.repeat(np.arange(len(block)), len(plateaus))
         points = pd.concat([plateaus] * len(block), ignore_index=True)
         measured = points[list(CONDITIONS)].to_numpy() * (block / shown)[each]

@@ -32,7 +32,7 @@ from fit_points import accepted_points  # noqa: E402
 from law_points import compare_laws  # noqa: E402
 from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits import fit  # noqa: E402
-from oilfilm.fits.engine import Optimum  # noqa: E402
+from oilfilm.fits.global_search import Optimum  # noqa: E402
 from oilfilm.fits.problem import Problem  # noqa: E402
 from oilfilm.settings.config import FitSettings  # noqa: E402
 from oilfilm.settings.resolve import resolve  # noqa: E402
@@ -75,7 +75,7 @@ class Costs:
 
 def compared(of_oil: pd.DataFrame) -> Costs:
     """All laws compared; the curves left out in groups and, not counted, one at a time."""
-    in_groups = fit.leave_curves_out
+    in_groups = fit.errors_at_curves_left_out
     groups, alone = [0.0], [0.0]
     apart = [0.0]
 
@@ -94,10 +94,10 @@ def compared(of_oil: pd.DataFrame) -> Costs:
         alone.append(times[2] - times[1])
         return errors
 
-    fit.leave_curves_out = timed
+    fit.errors_at_curves_left_out = timed
     start = time.process_time()
     compare_laws(of_oil, OIL, LAW_NAMES, CONFIG)
-    fit.leave_curves_out = in_groups
+    fit.errors_at_curves_left_out = in_groups
     return Costs(time.process_time() - start - sum(alone), sum(groups), max(apart))
 
 

@@ -25,7 +25,7 @@ sys.path.insert(0, str(ROOT / "tests/helpers"))
 
 from oilfilm.base.randomness import generator  # noqa: E402
 from oilfilm.fits.fit import fit_oil  # noqa: E402
-from oilfilm.fits.measured_curves import choose, uncertainty  # noqa: E402
+from oilfilm.fits.measured_curves import choose_curves, rms_uncertainty  # noqa: E402
 from oilfilm.torque.next_tests import plan_tests, request_from_settings  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
 from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
@@ -52,7 +52,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     of_each = plan.information.precision_of_curves(
         plan.candidates.curves, plan.candidates.form_error
     )
-    design = choose(plan.information.precision, of_each, plan.gradients, count)
+    design = choose_curves(plan.information.precision, of_each, plan.gradients, count)
     chosen = [
         design.chosen_indices,
         *(random.choice(len(tests), count, False) for _ in range(designs)),
@@ -61,7 +61,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     added: list[Conditions] = [[]]
     for indices in chosen:
         state = plan.information.precision + of_each[list(indices)].sum(axis=0)
-        promised.append(float(uncertainty(state, plan.gradients)))
+        promised.append(float(rms_uncertainty(state, plan.gradients)))
         rows = tests.iloc[indices][list(CONDITIONS)].to_numpy(dtype=float)
         added.append([(p, u, t) for p, u, t in rows])
     constants = [refit(points)]

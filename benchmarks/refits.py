@@ -27,9 +27,9 @@ from scipy.optimize import least_squares
 from simulated import simulate_curves
 
 from oilfilm.base.randomness import generator
-from oilfilm.fits.conditions import varied
-from oilfilm.fits.engine import Optimum, at_bounds, search
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.conditions import varied_condition_mask
+from oilfilm.fits.fit import laws_of_oil
+from oilfilm.fits.global_search import Optimum, is_at_bound, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.settings.resolve import resolve
@@ -61,10 +61,12 @@ def fitted(law: Law, data: CurveData) -> tuple[Problem, Optimum]:
         assert contact is not None
         load_n = contact.load_n(data.conditions[:, 0])
         data = replace(data, conditions=np.column_stack([load_n, data.conditions[:, 1:]]))
-    problem = build_problem(law, data, varied(law.conditions, data.conditions, CONFIG.fit))
+    problem = build_problem(
+        law, data, varied_condition_mask(law.conditions, data.conditions, CONFIG.fit)
+    )
     random = [generator(seed, "refits") for seed in range(CONFIG.fit.searches)]
     best = min(search(problem, CONFIG.fit, random), key=lambda end: end.sse)
-    stuck = at_bounds(problem, best.constants)
+    stuck = is_at_bound(problem, best.constants)
     return problem.holding(best.constants, stuck), Optimum(best.constants[~stuck], best.sse)
 
 
@@ -147,7 +149,7 @@ def main(refits: int = 1000) -> None:
     for name in LAW_NAMES:
         races = []
         for oil in OILS:
-            problem, best = fitted(laws_of(oil, CONFIG)[name], curves(oil))
+            problem, best = fitted(laws_of_oil(oil, CONFIG)[name], curves(oil))
             # the law is compiled at its first use: a refit of 1000 does not notice
             curve_bootstrap(problem, best, 2, generator(2, "refits"))
             races.append(race(problem, best, refits))

@@ -22,8 +22,8 @@ from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.surface_search import surface_of_oil, with_surface
+from oilfilm.fits.soundness import soundness_row
+from oilfilm.fits.surface_search import surface_tables_of_oil, with_surface
 from oilfilm.settings.resolve import resolve
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import FIT_TABLES
@@ -64,8 +64,8 @@ def check_laws() -> None:
         frames = {name: pd.concat([fit.table(name) for fit in fits]) for name in FIT_TABLES}
         quality = frames["fit_quality"]
         frames["fit_quality"] = quality.assign(configured=quality["law"] == settings.fit.law)
-        results = CampaignTables.in_memory(points=points, **frames)
-        found = surface_of_oil(results, OIL, settings, ())
+        results = CampaignTables.from_frames(points=points, **frames)
+        found = surface_tables_of_oil(results, OIL, settings, ())
         (row,) = tables.rows(found.surfaces)
         print(
             f"{truth:16s} {row['law']:24s} {row['misfit']:6.1%} {row['run_scatter']:6.1%} "
@@ -90,7 +90,7 @@ def check_steady() -> None:
         fit = fit_oil(points, OIL, quick, 1).replace(points=points)
         fit = with_surface(fit, OIL, settings)
         (quality,) = tables.rows(fit.fit_quality)
-        verdict = verdict_of_fit(quality, FittedLaw.from_results(fit, OIL), points, settings)
+        verdict = soundness_row(quality, FittedLaw.from_results(fit, OIL), points, settings)
         said = {name: verdict[name] for name in ("law_verdict", "campaign_verdict", "change")}
         print("random order" if order else "order of the conditions", said, flush=True)
 

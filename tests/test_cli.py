@@ -24,7 +24,7 @@ from oilfilm.cli import main
 from oilfilm.cli.arguments import typed_quantity
 from oilfilm.cli.predict import _lines_of_warnings
 from oilfilm.fits.fitted import SLIP
-from oilfilm.fits.soundness import finished_fits
+from oilfilm.fits.soundness import finished_fit_tables
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings.resolve import resolve
@@ -47,7 +47,7 @@ def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
     config = demo.config
     fit_tables = with_surface(fit_tables.replace(**curated_tables), "4102", config)
     table_by_name = {name: fit_tables.table(name) for name in (*FIT_TABLES, *SURFACE_TABLES)}
-    table_by_name |= finished_fits(fit_tables, config)
+    table_by_name |= finished_fit_tables(fit_tables, config)
     for name, table in {**curated_tables, **table_by_name}.items():
         tables.write(table, name, folder / "tables" / f"{name}.parquet", footer)
     return folder

@@ -17,7 +17,7 @@ from oilfilm.cli import compare, main
 from oilfilm.cli.compare import read_fits
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import oil_pair, read_oil
-from oilfilm.fits.side_by_side import middle_of_tested, side_by_side
+from oilfilm.fits.side_by_side import comparison_conditions, comparison_table
 from oilfilm.traction.law import CONDITIONS
 
 NAMES = [*CONDITIONS, "slide_roll_ratio"]
@@ -51,11 +51,13 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
 
 def test_planted_ratio_is_inside_the_interval_of_two_laws(folders: list[Path]) -> None:
     law_by_name = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
-    july_to_june = side_by_side(law_by_name, AT, [0.02, 0.05, 0.2]).iloc[3:]
+    july_to_june = comparison_table(law_by_name, AT, [0.02, 0.05, 0.2]).iloc[3:]
     assert (july_to_june["ratio_lower"] < RATIO).all() and (
         july_to_june["ratio_upper"] > RATIO
     ).all()
-    june_to_july = side_by_side(dict(reversed(law_by_name.items())), AT, [0.02, 0.05, 0.2]).iloc[3:]
+    june_to_july = comparison_table(
+        dict(reversed(law_by_name.items())), AT, [0.02, 0.05, 0.2]
+    ).iloc[3:]
     # the reciprocal, with its ends exchanged
     np.testing.assert_allclose(june_to_july["ratio"], 1 / july_to_june["ratio"], rtol=1e-12)
     np.testing.assert_allclose(
@@ -67,7 +69,7 @@ def test_ratio_at_negative_slip_is_that_at_positive_slip(folders: list[Path]) ->
     law_by_name = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
     columns = ["ratio", "ratio_lower", "ratio_upper"]
     forwards, backwards = (
-        side_by_side(law_by_name, AT, [slip]).loc[1, columns].to_numpy(float)
+        comparison_table(law_by_name, AT, [slip]).loc[1, columns].to_numpy(float)
         for slip in (0.05, -0.05)
     )
     assert np.isfinite(forwards).all()
@@ -76,7 +78,7 @@ def test_ratio_at_negative_slip_is_that_at_positive_slip(folders: list[Path]) ->
 
 def test_fit_beside_itself_has_the_ratio_one(folders: list[Path]) -> None:
     fit = oilfilm.read_fit(folders[0], "oil")
-    comparison = side_by_side({"a": fit, "b": fit}, AT, [0.1])
+    comparison = comparison_table({"a": fit, "b": fit}, AT, [0.1])
     assert comparison["ratio"].tolist() == [1, 1]
     # that the second one is the same fit is not known
     assert comparison.loc[0, ["ratio_lower", "ratio_upper"]].tolist() == [1, 1]
@@ -88,7 +90,7 @@ def test_fits_of_one_temperature_below_zero_are_compared_there(folders: list[Pat
     box = fit.coefficients.tested_box.copy()
     box[list(fit.law.conditions).index("inlet_temperature_c")] = -10.0
     cold = replace(fit, coefficients=replace(fit.coefficients, tested_box=box))
-    assert middle_of_tested({"a": cold, "b": cold}, {})["inlet_temperature_c"] == -10.0
+    assert comparison_conditions({"a": cold, "b": cold}, {})["inlet_temperature_c"] == -10.0
 
 
 def test_command_names_campaigns_and_marks_what_was_not_tested(
@@ -142,8 +144,8 @@ def test_ratio_by_runs_is_much_narrower_than_that_of_two_laws(folders: list[Path
     law_by_name = {name: oil.fit for name, oil in oil_by_name.items()}
     pair_by_name = {"july": oil_pair(oil_by_name["june"], oil_by_name["july"])}
     slips = [0.0, 0.02, 0.05, 0.2]
-    by_runs = side_by_side(law_by_name, AT, slips, pair_by_name).iloc[4:].set_index(SLIP)
-    by_laws = side_by_side(law_by_name, AT, slips).iloc[4:].set_index(SLIP)
+    by_runs = comparison_table(law_by_name, AT, slips, pair_by_name).iloc[4:].set_index(SLIP)
+    by_laws = comparison_table(law_by_name, AT, slips).iloc[4:].set_index(SLIP)
     assert set(by_runs["ratio_of"]) == {"runs"} and set(by_laws["ratio_of"]) == {"laws"}
     # at rolling both mu are 0
     assert np.isnan(by_runs.loc[0.0, "ratio"]) and by_runs.loc[0.0, "certain"] == ""
@@ -188,4 +190,4 @@ def test_one_fit_and_ranges_that_do_not_overlap_are_refused(folders: list[Path])
     cold_table = cold_table.assign(inlet_temperature_c=cold_table["inlet_temperature_c"] - 45)
     cold_fit = oilfilm.fit_table(cold_table, searches=2, bootstrap=20).law
     with pytest.raises(OilfilmError, match="inlet_temperature_c"):
-        middle_of_tested({"hot": hot_fit, "cold": cold_fit}, {})
+        comparison_conditions({"hot": hot_fit, "cold": cold_fit}, {})

@@ -173,7 +173,7 @@ def test_explorer_marks_mu(saved_fit: SavedFit) -> None:
 
 
 def test_card_of_the_report_is_marked(saved_fit: SavedFit, config: Settings) -> None:
-    results = CampaignTables.in_folder(saved_fit.folders[0])
+    results = CampaignTables.from_folder(saved_fit.folders[0])
     (row,) = answer_section(results, config).tables[0].rows
     assert "not tested" not in row[2] and "limiting" not in row[2]
     quality = results.fit_quality.assign(limiting_stress_ratio=1e-4)

@@ -31,7 +31,7 @@ from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.exports.campaign import export_campaign
 from oilfilm.fits.fit import fit_law
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.soundness import finished_fits
+from oilfilm.fits.soundness import finished_fit_tables
 from oilfilm.logs.ingest import ingest_logs
 from oilfilm.logs.raw_files import RawLogs
 from oilfilm.logs.run_sheet import NO_SHEET
@@ -191,7 +191,7 @@ def way_of_row() -> tuple[list[Step], CampaignTables]:
     judged = Step("The fit is judged.", "workflow/scripts/fits.py")
     tables = fit.replace(points=campaign.points, runs=campaign.runs)
     with traced(judged):
-        finished = finished_fits(tables, settings)
+        finished = finished_fit_tables(tables, settings)
     return [points, collected, fitted, judged], tables.replace(**finished)
 
 

@@ -38,7 +38,7 @@ def open_signs() -> Figure:
     for signs in product((1, -1), repeat=len(_OPEN)):
         turned = dict(zip(_OPEN, signs, strict=True))
         constants = law.coefficients.constants * [turned.get(name, 1) for name in names]
-        other = FittedLaw(law.law, Coefficients.bare(law.law, constants))
+        other = FittedLaw(law.law, Coefficients.from_constants(law.law, constants))
         mu = other.predict_at(1.5, 40, 120, SLIP).traction_coefficient
         used = all(sign == 1 for sign in signs)
         one.plot(SLIP, mu, color=GREEN if used else GREY, lw=2.5 if used else 0.7)

@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
-from oilfilm.fits.engine import Optimum, polish, population_sse, search
-from oilfilm.fits.fit import leave_curves_out
+from oilfilm.fits.fit import errors_at_curves_left_out
+from oilfilm.fits.global_search import Optimum, polish, population_sse, search
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import naive_covariance, profiles
 from oilfilm.traction.law import to_internal
@@ -105,7 +105,7 @@ def left_out() -> Figure:
     """Error at each curve that was left out."""
     figure, one = axes(xlabel="Curve left out", ylabel="rms error of mu (%)")
     problem, best = fitted_problem()
-    errors = leave_curves_out(problem, best, settings().fit, np.random.default_rng(0))
+    errors = errors_at_curves_left_out(problem, best, settings().fit, np.random.default_rng(0))
     curve = problem.observations.curve_of_point
     unseen = [rms(errors[curve == each] / problem.mu[curve == each]) for each in np.unique(curve)]
     fitted = problem.residual(best.constants)

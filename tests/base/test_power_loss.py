@@ -117,7 +117,7 @@ TABLES = """
 from oilfilm import tables
 for text in ("first\\n", "second\\n"):
     atomic_write.write_text(text, Path("promised/listing.txt"))
-    tables.write(tables.empty("runs"), "runs", Path("promised/tables/runs.parquet"), {})
+    tables.write(tables.empty_table("runs"), "runs", Path("promised/tables/runs.parquet"), {})
     with atomic_write.atomic_folder(Path("promised/exports")) as folder:
         (folder / "inner").mkdir()
         (folder / "inner" / "law.h").write_text(text)
@@ -129,7 +129,8 @@ from oilfilm import tables
 from releases import made, made_now, project
 from campaigns import LABORATORY
 settings = resolve(LABORATORY, {})
-run = made(project(Path("project")), settings, {"a.csv": b"1"}, {"runs": tables.empty("runs")})
+no_runs = {"runs": tables.empty_table("runs")}
+run = made(project(Path("project")), settings, {"a.csv": b"1"}, no_runs)
 made_now(run)
 make_release(run, Path("promised"))
 """

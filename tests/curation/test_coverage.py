@@ -54,7 +54,7 @@ def test_planned_condition_without_a_run_is_missing(demo: Campaign) -> None:
     assert (row["state"], row["planned"], row["rig"]) == ("missing", True, "ball-on-disc-20mm")
     assert (covered["state"] == "missing").sum() == 1
     assert describe_condition(row) == "P = 1.25 GPa, U = 35 m/s, T = 85 degC"
-    planned = coverage(tables.empty("runs"), demo.config)
+    planned = coverage(tables.empty_table("runs"), demo.config)
     assert planned["state"].tolist() == ["missing"] * 216
 
 

@@ -138,7 +138,7 @@ def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Sett
 @pytest.mark.parametrize(("slower", "force_sign"), [("ball", 1), ("disc", -1)])
 def test_sign_and_slower_body_agree(traction_sign: int, slower: str, force_sign: int) -> None:
     log = Semantics(slower_body=slower, traction_sign=traction_sign)
-    samples = tables.empty("samples").drop(columns="run_id").reindex(range(1))
+    samples = tables.empty_table("samples").drop(columns="run_id").reindex(range(1))
     ball, disc = (9.0, 11.0) if slower == "ball" else (11.0, 9.0)
     force_n = traction_sign * force_sign * 2.0
     samples = samples.assign(traction_force_n=force_n, disc_speed_m_s=disc, ball_speed_m_s=ball)
@@ -237,7 +237,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[IngestedL
 
 def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = len(SOUND["traction"].values["time"])
-    monkeypatch.setattr(tables, "ROW_GROUP", 2 * rows)
+    monkeypatch.setattr(tables, "ROWS_PER_GROUP", 2 * rows)
     whole = ingest_logs(LOGS, CONFIG)
     expected = curate_ingested(whole, TractionRig(CONFIG))
     ingested, curated = in_parts(iter(LOGS), tmp_path)

@@ -50,7 +50,7 @@ def evidence_of(
     return replace(
         evidence,
         falling_viscosity=OILS,
-        campaign_tables=CampaignTables.in_memory(**tables),
+        campaign_tables=CampaignTables.from_frames(**tables),
         truth_is_law=truth_is_law,
     )
 

@@ -233,8 +233,8 @@ def test_each_operating_point_is_judged_by_itself(config: Settings) -> None:
 
 def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> None:
     rows = [row for row in operating_point((0.0, 0.0, 0.0)) if row["oil"] != "4050"]
-    for slips in (pd.DataFrame(rows), tables.empty("cage_slip")):
-        made = advice_tables([], CampaignTables.in_memory(cage_slip=slips), config)
+    for slips in (pd.DataFrame(rows), tables.empty_table("cage_slip")):
+        made = advice_tables([], CampaignTables.from_frames(cage_slip=slips), config)
         assert made["slip_advice"].empty
         assert made["advice_band"].empty
 
@@ -249,7 +249,7 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
         {"bearing": {"cage_slip": points}, "studies": {NAME: {"selection": {"band": changes}}}}
     )
     oils = oils_in_bearings(*printed_fits(), small)
-    results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
+    results = CampaignTables.from_frames(cage_slip=cage_slip_table(oils, small))
     band = advice_tables(oils, results, small)["advice_band"]
     assert set(band["choice"]) == {BY_RULES, *OILS}
     assert set(band["rule_order"]) == {"as set", *study_settings(small).selection.band.rule_orders}
@@ -274,7 +274,7 @@ def test_where_the_law_is_the_truth_both_have_one_band() -> None:
         {"bearing": {"cage_slip": points}, "studies": {NAME: {"selection": {"band": changes}}}}
     )
     oils = oils_in_bearings(*printed_fits(), small)
-    results = CampaignTables.in_memory(cage_slip=cage_slip_table(oils, small))
+    results = CampaignTables.from_frames(cage_slip=cage_slip_table(oils, small))
     made = advice_tables(oils, results, small)
     constants = {oil: np.array(values) for oil, values in printed().items()}
     made = advice_by_truth(made["slip_advice"], made["advice_band"], results, small, constants)

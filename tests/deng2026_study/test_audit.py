@@ -519,7 +519,7 @@ def test_torque_claims_follow_the_torque_tests(
 
 def results_of(campaign: Campaign, coefficients: pd.DataFrame) -> CampaignTables:
     of = campaign.curated
-    return CampaignTables.in_memory(points=of.points, runs=of.runs, **fits_of(coefficients))
+    return CampaignTables.from_frames(points=of.points, runs=of.runs, **fits_of(coefficients))
 
 
 @pytest.fixture(scope="module")

@@ -41,9 +41,9 @@ def told(judgements: list[str], answered: list[int], share: list[float], setting
             for oil, part in zip(OILS, (0.0, 1 - np.array(share), np.array(share)), strict=True)
         ]
     )
-    results = CampaignTables.in_memory(
-        slip_advice=tables.filled(advice, "slip_advice"),
-        cage_slip=tables.filled(slips, "cage_slip"),
+    results = CampaignTables.from_frames(
+        slip_advice=tables.filled_table(advice, "slip_advice"),
+        cage_slip=tables.filled_table(slips, "cage_slip"),
     )
     (section,) = [each for each in sections(results, settings) if each.anchor == "choice"]
     return "\n".join(fact.text for fact in section.facts)
@@ -88,9 +88,9 @@ def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) ->
     slips = points.assign(
         oil="4010", best_share=[0.96, 0.9, 0.99, 1.0], draws_answered=100, draws_unanswered=0
     )
-    results = CampaignTables.in_memory(
-        slip_advice=tables.filled(advice, "slip_advice"),
-        cage_slip=tables.filled(slips, "cage_slip"),
+    results = CampaignTables.from_frames(
+        slip_advice=tables.filled_table(advice, "slip_advice"),
+        cage_slip=tables.filled_table(slips, "cage_slip"),
     )
     figure, drawn = draw("slip-advice", results, config)
     assert nothing_is_cut_off(figure)

@@ -29,7 +29,7 @@ def compared(
 ) -> tuple[Settings, pd.DataFrame]:
     config, truth = truth_of(campaign)
     quality = printed_fits()[1] if quality is None else quality
-    return config, extrapolate(truth, coefficients, tables.empty("refits"), quality, 0.005)
+    return config, extrapolate(truth, coefficients, tables.empty_table("refits"), quality, 0.005)
 
 
 @cache

@@ -225,7 +225,7 @@ def judged(config: Settings, fitted: np.ndarray, points: pd.DataFrame) -> dict[s
     """The judgement on the printed constants of 4102 beside a fit to points."""
     coefficients = pd.DataFrame({"oil": "4102", "law": LAW.name, "constant": NAMES})
     quality = pd.DataFrame({"oil": ["4102"], "law": [LAW.name], "sse": [1.0]})
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         points=points, coefficients=coefficients.assign(value=fitted), fit_quality=quality
     )
     (row,) = tables.rows(
@@ -258,7 +258,7 @@ def test_largest_difference_lies_where_the_plateaus_part() -> None:
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
     oils = ["unrecorded-oil", "4050"]
     assert judge_printed(
-        CampaignTables.in_memory(), printed(), oils, study_settings(config).printed
+        CampaignTables.from_frames(), printed(), oils, study_settings(config).printed
     ).empty
 
 

@@ -34,7 +34,7 @@ def demo_tables(demo: Campaign) -> CampaignTables:
     signs, sign_verdicts = sign_study(config)
     within = config.same_set_point.relative
     truth = truth_grid(config, printed())
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         **{name: getattr(curated, name) for name in ("runs", "points", "quarantine")},
         **dict(zip(("coefficients", "refits", "fit_quality"), fitted, strict=True)),
         coverage=coverage(curated.runs, config),

@@ -35,7 +35,7 @@ def results(misfit: float = 0.0, law: str = "deng2026", **changed: Any) -> Campa
         "torque_truth": rows("torque_truth", {"oil": "4102", "law_misfit": misfit}),
         "fit_quality": rows("fit_quality", {"oil": "4102", "law": law, "configured": True}),
     }
-    return CampaignTables.in_memory(**frames | changed)
+    return CampaignTables.from_frames(**frames | changed)
 
 
 def judged(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
@@ -76,7 +76,7 @@ def test_claims_on_torque_are_judged_where_nothing_but_the_law_is_compared(
     settings = settings_of(campaign).with_changes({"torque_logs": {"twin_misfit_max": limit}})
     campaign_results = results(misfit or 0.0)
     if misfit is None:
-        campaign_results = campaign_results.replace(torque_truth=tables.empty("torque_truth"))
+        campaign_results = campaign_results.replace(torque_truth=tables.empty_table("torque_truth"))
         assert torque_control_table(campaign_results, settings).empty
     claims = judged(campaign_results, settings)["claims"]
     assert set(claims["reason_code"]) == {reason}

@@ -21,7 +21,7 @@ from campaigns import printed
 from exported import HOSTILE, arguments_of, beyond, describe_law, expected, grid, tables_of
 from law_points import EVERY_LAW
 from nights import nightly
-from oilfilm.exports.campaign import FORMS, adore_rows, export_campaign, export_oil
+from oilfilm.exports.campaign import EXPORT_FORMS, adore_rows, export_campaign, export_oil
 from oilfilm.exports.description import SLIP, Description, describe, make_identifiers, plain_text
 from oilfilm.settings.resolved import Settings
 
@@ -268,7 +268,7 @@ def test_every_file_says_whether_its_data_are_real(
 ) -> None:
     campaign = fit.campaign.model_copy(update={"data": data, "credit": "A. Tribologist"})
     texts = texts_of(replace(fit, campaign=campaign))
-    assert len(texts) == len(FORMS) + 1  # CSV and JSON, but not the workbook
+    assert len(texts) == len(EXPORT_FORMS) + 1  # CSV and JSON, but not the workbook
     for name, text in texts.items():
         if name.endswith(".csv"):
             assert set(pd.read_csv(io.StringIO(text))["data"]) == {data}
@@ -337,7 +337,7 @@ def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
     texts = texts_of(fit)
     assert pd.read_csv(io.StringIO(texts["traction_4050.csv"]))["unit"].notna().all()
     content = json.loads(texts["traction_4050.json"])
-    assert {*content["files"], *content["not_written"]} == {"CSV", *FORMS}
+    assert {*content["files"], *content["not_written"]} == {"CSV", *EXPORT_FORMS}
     assert not set(content["not_written"]) - {"ADORE"}
     table = pd.read_csv(io.StringIO(texts["traction_4050.csv"]))
     constants = table[table["kind"] == "constant"]
@@ -404,7 +404,7 @@ def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None
     fitted = {name for name in files if not name.startswith("printed-constants/")}
     assert fitted == {"README.md", "4102/traction_4102.csv", "4102/traction_4102.json"}
     content = json.loads(files["4102/traction_4102.json"])
-    assert content["not_written"] == dict.fromkeys(FORMS, why)
+    assert content["not_written"] == dict.fromkeys(EXPORT_FORMS, why)
     assert why in files["README.md"].decode()
 
 

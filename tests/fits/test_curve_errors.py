@@ -9,9 +9,9 @@ from fit_points import LAW, problem_of
 from oilfilm.base.randomness import generator
 from oilfilm.fits.measured_curves import (
     CURVE_ERRORS,
-    ErrorSizes,
+    ErrorVariances,
     curve_error_slopes,
-    error_sizes,
+    error_variances,
     precision_by_curve,
 )
 from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
@@ -46,7 +46,7 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
         fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
         effect = curve_error_slopes(LAW, fitted, curves_at(LARGE))
         residual = -problem.residual(fitted)
-        sizes = error_sizes(
+        sizes = error_variances(
             problem.jacobian(fitted), effect, residual, problem.observations.curve_of_point
         )
         found.append([*sizes.curve_variances, sizes.point_variance])
@@ -62,7 +62,7 @@ def test_a_curve_of_many_points_is_one_draw_of_its_errors() -> None:
     curves = curves_at(SMALL[:1])
     effect = curve_error_slopes(LAW, TRUTH, curves)
     effect[:, 1:] = 0.0
-    sizes = ErrorSizes(np.array([1e-6, 0, 0, 0, 0]), 1e-10)
+    sizes = ErrorVariances(np.array([1e-6, 0, 0, 0, 0]), 1e-10)
     for times in (1, 2, 100):
         d = np.repeat(effect, times, axis=0)
         told = precision_by_curve(d[:, :1], d, sizes, np.zeros(len(d), dtype=int))[0, 0, 0]

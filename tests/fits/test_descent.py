@@ -10,7 +10,7 @@ from law_points import EVERY_LAW, TRUTH, points_of
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum
+from oilfilm.fits.global_search import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.uncertainty import curve_bootstrap, draw_curves
 from oilfilm.traction.law import to_internal

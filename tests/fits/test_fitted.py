@@ -18,14 +18,14 @@ from oilfilm.fits.conditions import (
     FixedCondition,
     StepPartner,
     fixed_conditions,
-    fixed_from_text,
-    fixed_to_text,
-    followed_conditions,
+    fixed_conditions_from_json,
+    fixed_conditions_to_json,
+    followed_condition_mask,
 )
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, given_surface, predict
-from oilfilm.fits.interval import Band, normal_quantile
-from oilfilm.fits.measured_surface import Contact
+from oilfilm.fits.interval import Band, normal_half_width
+from oilfilm.fits.measured_surface import MeasuredContact
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
@@ -142,7 +142,7 @@ def test_interval_below_zero_is_as_wide_as_the_constants_are_unsure() -> None:
     constants = np.array([-0.012, 0, 0, 0, 0.6, 0, 0, 0, 20.0, 0, 0, 0, 0.010, 0, 0, 0])
     spread = np.tile(constants, (4000, 1))
     spread[:, 12] += 5e-4 * np.random.default_rng(5).standard_normal(4000)
-    unsure = replace(Coefficients.bare(law, constants), refits=spread)
+    unsure = replace(Coefficients.from_constants(law, constants), refits=spread)
     result = FittedLaw(law, unsure).predict(np.array([[100.0, 20.0, 20.0]]), np.array([0.0]))
     assert result.traction_coefficient[0] == pytest.approx(-0.002)
     # the spread of a logarithm: 5 % of D0 bends it by a few per cent
@@ -285,7 +285,7 @@ def test_line_is_as_planted(quick: Settings, exponents: tuple[float, float], lev
     grid = np.array([(p, u) for p in (1.0, 1.3, 1.7) for u in (10.0, 20.0, 40.0)])
     temperature = level * (grid[:, 0] / 1.3) ** exponents[0] * (grid[:, 1] / 20) ** exponents[1]
     conditions = np.column_stack([grid, temperature])
-    followed = followed_conditions(CONDITIONS, conditions, quick.fit)
+    followed = followed_condition_mask(CONDITIONS, conditions, quick.fit)
     assert followed.tolist() == [True, True, False]
     (fixed,) = fixed_conditions(CONDITIONS, conditions, followed, quick.fit)
     if not fixed.in_step:  # it varied too little to be called varied
@@ -299,24 +299,24 @@ def test_line_is_as_planted(quick: Settings, exponents: tuple[float, float], lev
 
 def test_independent_conditions_are_all_followed(quick: Settings) -> None:
     conditions = np.array(matrix(), dtype=float)
-    assert followed_conditions(CONDITIONS, conditions, quick.fit).all()
+    assert followed_condition_mask(CONDITIONS, conditions, quick.fit).all()
     # noise of 1 % about one level is no variation; nor are two curves one of three conditions
     noisy = conditions.copy()
     noisy[:, 1] = 30 + 0.1 * np.sin(np.arange(len(conditions)))
-    assert followed_conditions(CONDITIONS, noisy, quick.fit).tolist() == [True, False, True]
-    two = followed_conditions(CONDITIONS, conditions[[0, -1]], quick.fit)
+    assert followed_condition_mask(CONDITIONS, noisy, quick.fit).tolist() == [True, False, True]
+    two = followed_condition_mask(CONDITIONS, conditions[[0, -1]], quick.fit)
     assert two.tolist() == [True, False, False]
     # nor is a scatter of 0.1 K about 1 degC
     cold = conditions.copy()
     cold[:, 2] = 1 + 0.1 * np.sin(np.arange(len(conditions)))
-    assert followed_conditions(CONDITIONS, cold, quick.fit).tolist() == [True, True, False]
+    assert followed_condition_mask(CONDITIONS, cold, quick.fit).tolist() == [True, True, False]
 
 
 def test_temperature_in_step_is_found_in_frost_too(quick: Settings) -> None:
     pressure = np.array([1.0, 1.1, 1.2, 1.3, 1.4, 1.5] * 2)
     speed = np.repeat([20.0, 40.0], 6)
     in_step = np.column_stack([pressure, speed, 200 * (pressure - 1.2)])
-    followed = followed_conditions(CONDITIONS, in_step, quick.fit)
+    followed = followed_condition_mask(CONDITIONS, in_step, quick.fit)
     assert followed.tolist() == [True, True, False]
     (fixed,) = fixed_conditions(CONDITIONS, in_step, followed, quick.fit)
     # it is known of every run, but a power law through 0 degC has no value
@@ -325,7 +325,7 @@ def test_temperature_in_step_is_found_in_frost_too(quick: Settings) -> None:
     assert "not known of every run" not in fixed.sentence()
     assert "0 degC" in fixed.sentence()
     apart = np.column_stack([pressure, speed, np.tile([-30.0, 0.0, 30.0, 60.0, -10.0, 20.0], 2)])
-    assert followed_conditions(CONDITIONS, apart, quick.fit).all()
+    assert followed_condition_mask(CONDITIONS, apart, quick.fit).all()
 
 
 def test_temperature_in_step_through_frost_is_not_called_unmeasured(quick: Settings) -> None:
@@ -352,9 +352,9 @@ def test_fixed_conditions_survive_the_table() -> None:
         FixedCondition("entrainment_speed_m_s", None, 0.0),
         FixedCondition("inlet_temperature_c", None, 0.0, line_reaches_zero=True),
     )
-    assert fixed_from_text(fixed_to_text(fixed)) == fixed
+    assert fixed_conditions_from_json(fixed_conditions_to_json(fixed)) == fixed
     with pytest.raises(OilfilmError, match="fixed_conditions holds 'inlet_temperature_c 60 degC'"):
-        fixed_from_text("inlet_temperature_c 60 degC")
+        fixed_conditions_from_json("inlet_temperature_c 60 degC")
 
 
 def test_spacings_are_steps_to_the_nearest_of_all_tested_conditions():
@@ -364,7 +364,9 @@ def test_spacings_are_steps_to_the_nearest_of_all_tested_conditions():
     asked = random.uniform(0.5 * lowest, 1.5 * highest, (100, 3))
     asked[0] = tested[7]
     asked[1, 0] = np.nan
-    coefficients = replace(Coefficients.bare(LAW, printed()["4102"]), tested_conditions=tested)
+    coefficients = replace(
+        Coefficients.from_constants(LAW, printed()["4102"]), tested_conditions=tested
+    )
     spacings = FittedLaw(LAW, coefficients).spacings(asked)
 
     def coordinates(conditions):
@@ -386,7 +388,7 @@ def test_spacings_are_steps_to_the_nearest_of_all_tested_conditions():
 def few_conditions(config: Settings) -> FittedLaw:
     """A law with the surface of runs at eight conditions, which allow a level of 89 %."""
     points = make_points("4050", matrix([1.0, 1.5], [25.0, 40.0], [50.0, 120.0]), noise=1e-4)
-    exact = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
+    exact = FittedLaw(LAW, Coefficients.from_constants(LAW, printed()["4050"]))
     return with_measured_surface(exact, points, config.surface)
 
 
@@ -399,7 +401,7 @@ def test_error_of_the_form_is_the_surface_without_its_runs(few_conditions: Fitte
     assert few_conditions.interval_level() == pytest.approx(8 / 9)
     predicted = surface.surface.predict(*AT_POINT)
     run_sd = 0.5 * float(predicted.next_run_sd[0])
-    factor = surface.factors.point / normal_quantile(surface.factors.level)
+    factor = surface.interval_factors.point / normal_half_width(surface.interval_factors.level)
     law = replace(few_conditions, coefficients=replace(few_conditions.coefficients, run_sd=run_sd))
     distance = np.log(predicted.mu[0] / law.traction(*AT_POINT)[0])
     form_variance = (factor * predicted.next_run_sd[0]) ** 2 - run_sd**2
@@ -430,9 +432,11 @@ def test_a_law_of_load_on_two_contacts_has_no_interval(few_conditions: FittedLaw
     """The load gives no pressure, so that the surface says nothing of it."""
     surface = few_conditions.surface
     assert surface is not None
-    two_contacts = replace(surface, contact=Contact(np.nan))
+    two_contacts = replace(surface, contact=MeasuredContact(np.nan))
     law = replace(
-        FittedLaw(LAWS["wang-deng-load"], Coefficients.bare(LAWS["wang-deng-load"], np.ones(12))),
+        FittedLaw(
+            LAWS["wang-deng-load"], Coefficients.from_constants(LAWS["wang-deng-load"], np.ones(12))
+        ),
         read_surface=partial(given_surface, two_contacts),
     )
     assert law.surface is None

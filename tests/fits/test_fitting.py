@@ -15,14 +15,14 @@ from nights import quick_ones
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.fits import engine
+from oilfilm.fits import global_search
 from oilfilm.fits.certificate_sentences import certificate_sentence
-from oilfilm.fits.conditions import fixed_from_text
-from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.fit_tables import certify, gradient_cosine, spectrum
+from oilfilm.fits.fit_tables import certificate_columns, gradient_cosine, hessian_spectrum
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.robust_fit import robust_fit
+from oilfilm.fits.global_search import Optimum, polish
+from oilfilm.fits.robust_fit import fit_robustly
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings
@@ -55,7 +55,7 @@ def test_noise_free_data_give_the_planted_constants(quick: Settings, oil: str) -
 @pytest.mark.parametrize("oil", quick_ones(OILS, ["4010"]))
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(quick: Settings, oil: str) -> None:
     task = problem_of(make_points(oil, matrix(), noise=2e-4))
-    ends = engine.search(task, quick.fit, [generator(seed, "seeds") for seed in range(20)])
+    ends = global_search.search(task, quick.fit, [generator(seed, "seeds") for seed in range(20)])
     sse = np.array([end.sse for end in ends])
     assert (sse / sse.min() - 1).max() < 1e-8
 
@@ -64,7 +64,7 @@ def test_a_candidate_without_traction_is_worse_than_any_other() -> None:
     task = problem_of(make_points("4102", matrix()))
     # exponents of 700 leave no number: infinite sizes, and infinity times zero at S = 0
     hopeless = np.full((1, len(task.free_names)), 700.0)
-    assert engine.population_sse(task, hopeless) == np.inf
+    assert global_search.population_sse(task, hopeless) == np.inf
 
 
 @pytest.mark.parametrize("oil", OILS)
@@ -91,7 +91,7 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
     estimates, errors = [], []
     for _ in range(150):
         noisy = replace(task, mu=task.mu + 2e-4 * random.standard_normal(len(task.mu)))
-        end = engine.polish(noisy, truth)
+        end = global_search.polish(noisy, truth)
         estimates.append(end.constants)
         errors.append(np.sqrt(np.diag(naive_covariance(noisy, end))))
     ratio = np.std(estimates, axis=0, ddof=1) / np.mean(errors, axis=0)
@@ -112,7 +112,8 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
     expected = traction_coefficient(printed()["4102"], 1.25, 30.0, 70.0, slip)
     np.testing.assert_allclose(law.traction(np.array([1.25, 30, 70]), slip), expected, atol=2e-5)
     levels = {
-        each.condition: each.level for each in fixed_from_text(quality["fixed_conditions"].iloc[0])
+        each.condition: each.level
+        for each in fixed_conditions_from_json(quality["fixed_conditions"].iloc[0])
     }
     assert levels["entrainment_speed_m_s"] == pytest.approx(30)
 
@@ -180,15 +181,15 @@ def test_law_is_fitted_where_no_condition_that_it_needs_is_unvaried(
 
 def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings) -> None:
     task = problem_of(make_points("4102", matrix(), noise=2e-4))
-    (end,) = engine.search(task, quick.fit, [generator(1, "x")])
+    (end,) = global_search.search(task, quick.fit, [generator(1, "x")])
     errors = np.sqrt(np.diag(naive_covariance(task, end)))
-    assert certify(task, [end, end], errors, quick.fit)["certified"]
+    assert certificate_columns(task, [end, end], errors, quick.fit)["certified"]
     off = end.constants + 0.5 * errors
     other = Optimum(off, float(np.sum(task.residual(off) ** 2)))
-    alone = certify(task, [other], errors, quick.fit)
+    alone = certificate_columns(task, [other], errors, quick.fit)
     assert not alone["certified"]
     assert "gradient" in alone["doubts"]
-    two = certify(task, [end, other], errors, quick.fit)
+    two = certificate_columns(task, [end, other], errors, quick.fit)
     assert (two["searches_agreeing"], two["certified"]) == (1, False)
     assert two["doubts"][0] == "searches disagree"
     assert "1 of 2 searches" in certificate_sentence(two | {"no_fit": "", "fixed_conditions": ""})
@@ -203,7 +204,8 @@ def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campai
     assert rows.loc[["A", "B", "C"], "identifiable"].all()
     assert quality["certified"].iloc[0]
     levels = {
-        each.condition: each.level for each in fixed_from_text(quality["fixed_conditions"].iloc[0])
+        each.condition: each.level
+        for each in fixed_conditions_from_json(quality["fixed_conditions"].iloc[0])
     }
     assert levels["max_hertz_pressure_gpa"] is None
     # the rig file states no calibration
@@ -265,7 +267,7 @@ def test_spectrum_is_that_of_a_problem_solved_by_hand() -> None:
         def jacobian(self, values: np.ndarray) -> np.ndarray:
             return np.array([[1.0, -100.0], [1.0, 100.0], [1.0, 0.0]])
 
-    low, high, condition = spectrum(Line(), Optimum(np.zeros(2), 0.0))  # type: ignore[arg-type]
+    low, high, condition = hessian_spectrum(Line(), Optimum(np.zeros(2), 0.0))  # type: ignore[arg-type]
     # orthogonal columns: J^T J = diag(3, 20 000)
     assert (low, high, condition) == pytest.approx((3.0, 20_000.0, 1.0))
 
@@ -316,7 +318,7 @@ def test_two_curves_off_by_15_percent_pull_the_plain_fit_and_not_the_robust_one(
     points = make_points("4102", matrix(), noise=1e-4)
     _, clean = polished(points, printed()["4102"])
     problem, plain = polished(with_two_curves_off(points), printed()["4102"])
-    robust = robust_fit(problem, plain)
+    robust = fit_robustly(problem, plain)
     assert robust is not None
     assert error(plain.constants) > 5 * error(clean.constants)
     assert error(robust[0]) < 1.5 * error(clean.constants)
@@ -348,7 +350,7 @@ def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:
         mu = problem.mu + 2e-4 * random.standard_normal(len(problem.mu))
         noisy = replace(problem, mu=mu)
         plain = polish(noisy, truth)
-        robust = robust_fit(noisy, plain)
+        robust = fit_robustly(noisy, plain)
         assert robust is not None
         ratio.append([error(plain.constants) ** 2, error(robust[0]) ** 2])
     plain_mean, robust_mean = np.mean(ratio, axis=0)

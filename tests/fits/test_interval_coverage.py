@@ -14,10 +14,10 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.fits.uncertainty import (
+    cluster_robust_covariance,
+    cluster_robust_draws,
     curve_bootstrap,
     naive_covariance,
-    robust_covariance,
-    robust_draws,
 )
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
@@ -60,7 +60,7 @@ def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Setting
         points = campaign(config, "4050").points(SMALL, generator(2, "small", number))
         problem, best = polished(points, printed()["4050"])
         ends.append(best.constants)
-        variances.append(np.diag(robust_covariance(problem, best)))
+        variances.append(np.diag(cluster_robust_covariance(problem, best)))
     ratio = np.sqrt(np.mean(variances, axis=0)) / np.std(ends, axis=0, ddof=1)
     # 80 campaigns know a standard deviation to 8 %
     assert (ratio > 0.7).all()
@@ -72,14 +72,14 @@ def test_draws_of_twelve_runs_do_not_depend_on_signs_that_a_kernel_chooses(
 ) -> None:
     points = campaign(config, "4050").points(SMALL, generator(2, "small", 0))
     problem, best = polished(points, printed()["4050"])
-    errors = np.sqrt(np.diag(robust_covariance(problem, best)))
-    draws = robust_draws(problem, best, 4000, generator(1, "draws"))
+    errors = np.sqrt(np.diag(cluster_robust_covariance(problem, best)))
+    draws = cluster_robust_draws(problem, best, 4000, generator(1, "draws"))
     # a standard deviation from 4000 draws is known to 1.1 %
     np.testing.assert_allclose(np.std(draws, axis=0) / errors, 1, atol=0.05)
     qr, eigh = np.linalg.qr, np.linalg.eigh
     monkeypatch.setattr(np.linalg, "qr", lambda matrix: tuple(-part for part in qr(matrix)))
     monkeypatch.setattr(np.linalg, "eigh", lambda matrix: (eigh(matrix)[0], -eigh(matrix)[1]))
-    other = robust_draws(problem, best, 4000, generator(1, "draws"))
+    other = cluster_robust_draws(problem, best, 4000, generator(1, "draws"))
     assert (np.abs(other - draws) / errors).max() < 1e-9
 
 

@@ -8,7 +8,7 @@ from scipy import stats
 from campaigns import rows
 from oilfilm.base.randomness import generator
 from oilfilm.fits.conditions import condition_level_numbers
-from oilfilm.fits.soundness import lack_of_fit, noise_and_misfit
+from oilfilm.fits.soundness import lack_of_fit, lack_of_fit_table
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
@@ -124,11 +124,11 @@ def test_a_set_temperature_below_0_is_no_level_of_a_measured_one(config: Setting
         for name, value in constants.items()
     ]
     quality = {"oil": "4102", "law": "deng2026", "configured": True, "rmse": 1e-3}
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         runs=rows("runs", *runs),
         points=points.assign(oil="4102", accepted=True, traction_coefficient_se=np.nan),
         coefficients=rows("coefficients", *coefficients),
         fit_quality=rows("fit_quality", quality),
     )
-    (lack,) = noise_and_misfit(results, config).to_dict("records")
+    (lack,) = lack_of_fit_table(results, config).to_dict("records")
     assert (lack["n_repeats"], lack["n_repeated_conditions"]) == (2, 2)

@@ -13,12 +13,17 @@ from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, poin
 from nights import nightly
 from oilfilm import tables
 from oilfilm.base.randomness import generator
-from oilfilm.fits import engine
+from oilfilm.fits import global_search
 from oilfilm.fits.best_law import _error_of_fit, best_laws
 from oilfilm.fits.conditions import level_numbers_by_gap
-from oilfilm.fits.fit import fit_oil, laws_of, leave_curves_out, leave_ends_out
+from oilfilm.fits.fit import (
+    errors_at_curves_left_out,
+    errors_at_ends_left_out,
+    fit_oil,
+    laws_of_oil,
+)
 from oilfilm.fits.fit_tables import bayesian_criterion
-from oilfilm.fits.soundness import noise_and_misfit
+from oilfilm.fits.soundness import lack_of_fit_table
 from oilfilm.report.figures.fits import mu_at_zero_slip
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -67,7 +72,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
     points = points_of(law, 1e-3)
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
     task, best = polished(few, TRUTH[law.name], law)
-    errors = leave_curves_out(task, best, settings, np.random.default_rng(1))
+    errors = errors_at_curves_left_out(task, best, settings, np.random.default_rng(1))
     group = np.arange(task.curve_count)
     if groups < task.curve_count:
         group = np.random.default_rng(1).permutation(group) % groups
@@ -83,7 +88,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
             ),
             mu=task.mu[~mine],
         )
-        end = engine.polish(others, best.constants)
+        end = global_search.polish(others, best.constants)
         expected = task.residual(end.constants)[mine]
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
 
@@ -92,7 +97,7 @@ def test_only_the_end_levels_are_extrapolated_to(quick: Settings) -> None:
     points = points_of(LAWS["deng2026"])
     task, best = polished(points, TRUTH["deng2026"])
     levels = level_numbers_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
-    errors = leave_ends_out(task, best, levels, quick.fit)
+    errors = errors_at_ends_left_out(task, best, levels, quick.fit)
     ends = np.isin(levels[task.observations.curve_of_point], [0, 3])
     assert np.isnan(errors[~ends]).all()
     # exact points of the law itself: nothing is missed, however far
@@ -115,7 +120,7 @@ def test_one_level_left_leaves_a_constant_open_however_it_scatters(
         level_numbers_by_gap(pressures, 0.05),
         np.zeros(task.curve_count, dtype=np.int64),
     ):
-        assert np.isnan(leave_ends_out(task, best, levels, quick.fit)).all()
+        assert np.isnan(errors_at_ends_left_out(task, best, levels, quick.fit)).all()
 
 
 def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings) -> None:
@@ -126,7 +131,7 @@ def test_law_without_what_it_needs_is_not_fitted_with_the_reason(quick: Settings
     assert row["no_fit"] == "properties unknown"
     assert np.isnan(row["rmse"])
     assert set(frames.coefficients["law"]) == {"tanh"}
-    assert "wang-deng-groups" not in laws_of("4050", config)
+    assert "wang-deng-groups" not in laws_of_oil("4050", config)
 
 
 def test_comparison_without_any_accepted_point_still_gives_its_tables(quick: Settings) -> None:
@@ -247,7 +252,7 @@ def compared(squares: dict[str, np.ndarray], constants: dict[str, int]) -> Campa
         mu = 1 + np.sqrt(errors)
         both = dict.fromkeys(("traction_coefficient", "left_out_traction_coefficient"), mu)
         beside.append(pd.DataFrame(at | {"law": law} | both))
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         fit_quality=rows("fit_quality", *about),
         law_points=pd.concat(beside),
         points=pd.DataFrame(at | {"traction_coefficient": 1.0}),
@@ -341,7 +346,7 @@ def lines(bend: float) -> tuple[CampaignTables, float]:
         quality.append(row)
         of_law = {"traction_coefficient": whole, "left_out_traction_coefficient": unseen}
         beside.append(pd.DataFrame(at | {"law": law} | of_law))
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         fit_quality=rows("fit_quality", *quality),
         law_points=pd.concat(beside),
         points=pd.DataFrame(at | {"traction_coefficient": mu}),
@@ -414,7 +419,7 @@ def misfit_of(
     made = rows("runs", *(about | {"run_id": name} for name in runs["run_id"]))
     for column in ("max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"):
         made[f"nominal_{column}"] = runs[column].to_numpy() if stated else np.nan
-    (row,) = tables.rows(noise_and_misfit(fit.replace(points=points, runs=made), config))
+    (row,) = tables.rows(lack_of_fit_table(fit.replace(points=points, runs=made), config))
     return row, float(np.sqrt(np.mean(error**2) / np.mean(points["traction_coefficient"] ** 2)))
 
 

@@ -16,11 +16,15 @@ from oilfilm import tables
 from oilfilm.base.levels import level_indices
 from oilfilm.base.randomness import generator
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import condition_level_numbers, level_numbers_by_gap, varied
-from oilfilm.fits.engine import Optimum
-from oilfilm.fits.fit_tables import certify
+from oilfilm.fits.conditions import (
+    condition_level_numbers,
+    level_numbers_by_gap,
+    varied_condition_mask,
+)
+from oilfilm.fits.fit_tables import certificate_columns
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.measured_curves import FormError, choose
+from oilfilm.fits.global_search import Optimum
+from oilfilm.fits.measured_curves import FormError, choose_curves
 from oilfilm.fits.steady_campaign import MeasuredCampaign, change_columns
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -59,7 +63,7 @@ def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[s
         mu = 1 + factor * sign * errors
         of_points = {"traction_coefficient": mu, "left_out_traction_coefficient": mu}
         beside.append(pd.DataFrame(at | {"law": law} | of_points))
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         fit_quality=rows("fit_quality", *quality),
         law_points=pd.concat(beside),
         points=pd.DataFrame(at | {"traction_coefficient": 1.0}),
@@ -94,7 +98,7 @@ def test_a_certificate_is_one_whatever_the_last_digits_of_the_searches(quick: Se
     doubts = set()
     for bits in BITS:
         ends = [best, Optimum(best.constants * (1 + bits), best.sse * (1 + abs(bits)))]
-        made = certify(problem, ends, np.full(len(best.constants), 0.01), quick.fit)
+        made = certificate_columns(problem, ends, np.full(len(best.constants), 0.01), quick.fit)
         assert made["certified"]
         doubts.add(made["doubts"])
     assert doubts == {()}
@@ -114,7 +118,7 @@ def test_a_condition_that_varies_by_just_the_least_range_is_followed(
         ("inlet_temperature_c", 63.0, 70.0),
     ):
         levels = np.array([[low], [high * (1 + bits)]])
-        assert varied([name], levels, quick.fit).all()
+        assert varied_condition_mask([name], levels, quick.fit).all()
 
 
 @bits_of
@@ -146,7 +150,9 @@ def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits
     corner, tested = grid[-1] * (1 + bits), grid[:-1]
     box = np.array([*zip(grid.min(axis=0), grid.max(axis=0), strict=True), (0.0, 0.3)])
     known = replace(
-        Coefficients.bare(LAW, printed()["4102"]), tested_box=box, tested_conditions=tested
+        Coefficients.from_constants(LAW, printed()["4102"]),
+        tested_box=box,
+        tested_conditions=tested,
     )
     found = FittedLaw(LAW, known).predict(corner[np.newaxis], np.array([0.05]))
     assert found.spacings == pytest.approx([1.0], rel=1e-9)
@@ -169,7 +175,7 @@ def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_na
     run = points["run_id"].str.removeprefix("run").astype(int).to_numpy()
     gain = np.where(few, 1.05, 1.0) * (1 + bits * (np.arange(len(few)) % 3))
     points["traction_coefficient"] *= gain[run]
-    fitted = FittedLaw(LAW, Coefficients.bare(LAW, printed()["4050"]))
+    fitted = FittedLaw(LAW, Coefficients.from_constants(LAW, printed()["4050"]))
     surface = with_measured_surface(fitted, points, config.surface).surface
     assert surface is not None
     campaign = MeasuredCampaign.from_surface(surface)
@@ -204,5 +210,5 @@ def test_of_tests_that_tell_the_same_the_first_is_planned(bits: float) -> None:
     new[2] *= 1 + bits
     new[3] *= 1 - bits
     # a slope is as well known by either end
-    plan = choose(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
+    plan = choose_curves(np.diag([4.0, 10.0]), new, np.array([[0.0, 1.0]]), 3)
     assert plan.chosen_indices == [0, 2, 3]

@@ -31,7 +31,7 @@ from surface_campaigns import PRESSURES, SPEEDS, TEMPERATURES, ends, grid
 
 SLIP = np.array([0.0, 2e-4, 0.01, 0.05, 0.2])
 CORNERS = grid(ends(PRESSURES), ends(SPEEDS), ends(TEMPERATURES))
-FIT = FittedLaw(LAW, Coefficients.bare(LAW, to_constants(LAW.signs, DENG_CONSTANTS)))
+FIT = FittedLaw(LAW, Coefficients.from_constants(LAW, to_constants(LAW.signs, DENG_CONSTANTS)))
 
 
 def oil(factor: float, conditions: np.ndarray, seed: int, rig: str = "one") -> MeasuredOil:
@@ -144,5 +144,5 @@ def test_the_same_runs_give_no_ratio() -> None:
 def test_a_law_of_other_conditions_gives_no_ratio() -> None:
     first, law = oil(1.0, CORNERS, 67), LAWS["wang-deng-load"]
     constants = np.ones(len(law.constants)) * np.where(law.signs < 0, -1, 1)
-    other = replace(first, fit=FittedLaw(law, Coefficients.bare(law, constants)))
+    other = replace(first, fit=FittedLaw(law, Coefficients.from_constants(law, constants)))
     assert oil_pair(first, other).ratio_or_obstacle is Obstacle.OTHER_CONDITIONS

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.measured_curves import choose, uncertainties, uncertainty
+from oilfilm.fits.measured_curves import choose_curves, rms_uncertainty, uncertainties
 
 GRID = np.linspace(-6, 6, 121)
 
@@ -25,7 +25,7 @@ def together(x: list[float]) -> FloatArray:
 @pytest.mark.parametrize(("measured", "wanted"), [([-1.0, 1.0], 0.5), ([-2, -1, 0, 1, 2], 0.7)])
 def test_best_point_for_a_value_moves_the_mean_there(measured: list[float], wanted: float) -> None:
     # var(a + b x0) = 1/n + (x0 - mean)^2/Sxx is least, 1/(n + 1), where the new mean is x0
-    design = choose(together(measured), line(GRID), np.array([[1.0, wanted]]), 1)
+    design = choose_curves(together(measured), line(GRID), np.array([[1.0, wanted]]), 1)
     count = len(measured) + 1
     assert GRID[design.chosen_indices[0]] == pytest.approx(count * wanted)
     assert design.uncertainty_after[0] ** 2 == pytest.approx(1 / count)
@@ -34,7 +34,7 @@ def test_best_point_for_a_value_moves_the_mean_there(measured: list[float], want
 
 def test_best_points_for_a_slope_are_the_two_ends() -> None:
     # var(b) = 1/Sxx is least where Sxx is greatest: at the ends of the range
-    design = choose(together([-0.5, 0.5]), line(GRID), np.array([[0.0, 1.0]]), 2)
+    design = choose_curves(together([-0.5, 0.5]), line(GRID), np.array([[0.0, 1.0]]), 2)
     assert sorted(GRID[design.chosen_indices]) == [-6, 6]
     assert design.uncertainty_after[1] ** 2 == pytest.approx(1 / (2 * 0.25 + 2 * 36))
 
@@ -52,16 +52,20 @@ def test_what_all_curves_share_is_not_reduced_by_more_of_them() -> None:
     rows = np.stack([np.ones_like(GRID), GRID, np.full_like(GRID, 0.1)], axis=-1)
     many = rows.T @ rows + np.diag([0, 0, 1])
     level = np.array([[1.0, 0.0, 0.0]])
-    assert uncertainty(many, level) ** 2 == pytest.approx(1 / len(GRID) + 0.01)
-    assert uncertainty(many[:2, :2], level[:, :2]) ** 2 == pytest.approx(1 / len(GRID))
+    assert rms_uncertainty(many, level) ** 2 == pytest.approx(1 / len(GRID) + 0.01)
+    assert rms_uncertainty(many[:2, :2], level[:, :2]) ** 2 == pytest.approx(1 / len(GRID))
 
 
 def test_no_test_is_chosen_twice_and_none_that_is_not_worth_it() -> None:
     candidates, level = line(np.array([0.0, 1.0, 2.0])), np.array([[1.0, 2.0]])
-    design = choose(together([-1.0, 1.0]), candidates, level, 9)
+    design = choose_curves(together([-1.0, 1.0]), candidates, level, 9)
     assert sorted(design.chosen_indices) == [0, 1, 2]
     assert (np.diff(design.uncertainty_after) < 0).all()
     # one further point in a thousand: 1 - sqrt(1000/1001) = 0.05 %
     mean = together([0.0, 1e-3]) * 500
-    assert choose(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-4).chosen_indices == [0]
-    assert choose(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-3).chosen_indices == []
+    assert choose_curves(
+        mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-4
+    ).chosen_indices == [0]
+    assert (
+        choose_curves(mean, line(np.zeros(1)), np.array([[1.0, 0.0]]), 1, 1e-3).chosen_indices == []
+    )

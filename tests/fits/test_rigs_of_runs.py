@@ -11,7 +11,7 @@ from oilfilm import tables
 from oilfilm.cli.predict import prediction
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, read_surface
-from oilfilm.fits.measured_surface import ANOTHER
+from oilfilm.fits.measured_surface import ANOTHER_RIG_NAME
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.resolved import Settings
 
@@ -84,7 +84,7 @@ def test_each_rig_has_its_own_answer(fit: FittedLaw) -> None:
 
 
 def test_another_rig_is_less_known_than_one_of_these(fit: FittedLaw) -> None:
-    assert half_width(fit, "alpha") < half_width(fit) < half_width(fit, ANOTHER)
+    assert half_width(fit, "alpha") < half_width(fit) < half_width(fit, ANOTHER_RIG_NAME)
 
 
 def test_runs_whose_rigs_are_not_named_are_those_of_one_rig(
@@ -94,7 +94,7 @@ def test_runs_whose_rigs_are_not_named_are_those_of_one_rig(
     assert unnamed.surface is not None and unnamed.surface.rig_names == ()
     assert half_width(unnamed) > half_width(fit, "beta")
     with pytest.raises(Exception, match="Leave the rig out"):
-        prediction(unnamed, OIL, AT, ANOTHER)
+        prediction(unnamed, OIL, AT, ANOTHER_RIG_NAME)
 
 
 def test_an_unknown_rig_is_refused_with_those_that_are_known(fit: FittedLaw) -> None:

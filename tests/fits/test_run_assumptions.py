@@ -8,7 +8,7 @@ from fit_points import LAW
 from lawless_truths import TRUTHS
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_search import searched_surface
+from oilfilm.fits.surface_search import searched_surface_tables
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.rig import Calibration, ErrorsBetweenRuns, Rig
 from oilfilm.surface.effects import ErrorPriors
@@ -51,7 +51,7 @@ def test_of_two_rigs_the_mean_square_counts(config: Settings) -> None:
 
 def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Settings) -> None:
     assumed = of_rigs(config, rig(inlet_temperature_k=2.0, zero_as_traction_coefficient=1e-4))
-    row = {**assumed.columns()}
+    row = {**assumed.surface_columns()}
     sizes = pd.DataFrame(assumed.size_rows("4050"))
     again = RunAssumptions.from_tables(row, sizes)
     assert again.level_widths == assumed.level_widths
@@ -90,14 +90,18 @@ def test_every_accepted_calibration_gives_a_difference_of_rigs(
     rigs = [calibrated(accepted, accepted)] * 2
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["a", "b"])
     assert assumed.error_sizes.rig_gain.median == expected
-    again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    again = RunAssumptions.from_tables(
+        assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
+    )
     assert again.error_sizes.rig_gain.median == pytest.approx(expected, rel=1e-12)
 
 
 def test_stated_size_at_its_limit_survives_the_tables(config: Settings) -> None:
     # exp(log(0.005)) is larger than 0.005
     assumed = of_rigs(config, rig(zero_as_traction_coefficient=5e-3, slip_relative=1e-4))
-    again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    again = RunAssumptions.from_tables(
+        assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
+    )
     assert again.error_sizes.zero.median == pytest.approx(5e-3, rel=1e-12)
 
 
@@ -111,7 +115,9 @@ def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
 def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[str] | None) -> None:
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
     assumed = RunAssumptions.from_settings(config.same_condition, rigs, rig_of_runs)
-    again = RunAssumptions.from_tables(assumed.columns(), pd.DataFrame(assumed.size_rows("4050")))
+    again = RunAssumptions.from_tables(
+        assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
+    )
     assert again.rig_name_of_run == assumed.rig_name_of_run
     assert again.error_sizes.rig_gain.median == pytest.approx(assumed.error_sizes.rig_gain.median)
 
@@ -126,7 +132,7 @@ def test_a_stated_temperature_error_counts_where_no_run_is_repeated(config: Sett
         "usual": of_rigs(config),
         "stated": of_rigs(config, rig(inlet_temperature_k=3.0)),
     }.items():
-        surface = searched_surface("own", LAW.name, law, points, config.surface, assumed)
+        surface = searched_surface_tables("own", LAW.name, law, points, config.surface, assumed)
         (row,) = tables.rows(surface.surfaces)
         found[name] = row["temperature_sd_k"]
     assert abs(found["stated"] - 3.0) < abs(found["usual"] - 3.0)

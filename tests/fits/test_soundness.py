@@ -14,11 +14,11 @@ from fit_points import LAW
 from measured_surfaces import with_measured_surface
 from nights import nightly, quick_ones
 from oilfilm import tables
-from oilfilm.fits.conditions import FixedCondition, fixed_to_text
+from oilfilm.fits.conditions import FixedCondition, fixed_conditions_to_json
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
-from oilfilm.fits.soundness import verdict_of_fit
-from oilfilm.fits.soundness_sentences import smallest_visible_changes, soundness_warnings
+from oilfilm.fits.soundness import soundness_row
+from oilfilm.fits.soundness_sentences import smallest_visible_changes_sentence, soundness_warnings
 from oilfilm.settings.resolved import Settings
 from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
 
@@ -73,11 +73,12 @@ def verdict(
 ) -> dict[str, Any]:
     """The row of the table `soundness`, with the printed constants as the fit."""
     coefficients = replace(
-        Coefficients.bare(LAW, printed()[oil]), group_has_exponent=np.array(known, dtype=bool)
+        Coefficients.from_constants(LAW, printed()[oil]),
+        group_has_exponent=np.array(known, dtype=bool),
     )
     fitted = with_measured_surface(FittedLaw(LAW, coefficients), points, settings.surface, oil)
     row = QUALITY | (quality or {})
-    return verdict_of_fit(row, fitted, points, settings, runs)
+    return soundness_row(row, fitted, points, settings, runs)
 
 
 def runs_table(texts: list[tuple[str, ...]], column: str = "stated") -> pd.DataFrame:
@@ -131,7 +132,7 @@ def test_a_change_is_named_about_a_law_of_the_load(
     (quality,) = tables.rows(fit.fit_quality)
     fitted = FittedLaw.from_tables(fit.coefficients, "4050", fit.refits, fit.fit_quality)
     fitted = with_measured_surface(fitted, points, config.surface)
-    row = verdict_of_fit(quality, fitted, points, config)
+    row = soundness_row(quality, fitted, points, config)
     assert (row["change"], row["change_course"]) == ("traction force", "from")
     assert row["change_size"] == pytest.approx(0.1, rel=0.25)
 
@@ -209,10 +210,10 @@ def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings)
     assert at_random["seen_trend_gain"] < 0.075
     assert np.isnan(in_order["seen_trend_gain"])
     assert in_order["seen_step_gain"] > 1.3 * at_random["seen_step_gain"]
-    sentence = smallest_visible_changes(in_order)
+    sentence = smallest_visible_changes_sentence(in_order)
     assert "none of the traction force" in sentence
     assert "pressure" in sentence
-    assert f"{at_random['seen_trend_gain']:.1%}" in smallest_visible_changes(at_random)
+    assert f"{at_random['seen_trend_gain']:.1%}" in smallest_visible_changes_sentence(at_random)
 
 
 def smooth_step(*at: np.ndarray) -> np.ndarray:
@@ -247,7 +248,7 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     pressure = "max_hertz_pressure_gpa"
     points = points_of(config, Drift(), 3)
     points[pressure] = np.nan
-    unknown = {"fixed_conditions": fixed_to_text([FixedCondition(pressure, None, 0.0)])}
+    unknown = {"fixed_conditions": fixed_conditions_to_json([FixedCondition(pressure, None, 0.0)])}
     row = verdict(config, points, quality=unknown, known=(False, True, True))
     assert row["law_verdict"] == row["campaign_verdict"] == "condition missing"
     assert not row["sound"]
@@ -256,7 +257,7 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
 
 def test_temperature_in_step_through_frost_is_not_missing(config: Settings) -> None:
     on_line = FixedCondition("inlet_temperature_c", None, 0.0, line_reaches_zero=True)
-    quality = {"fixed_conditions": fixed_to_text([on_line])}
+    quality = {"fixed_conditions": fixed_conditions_to_json([on_line])}
     row = verdict(config, points_of(config, Drift(), 3), quality=quality, known=(True, True, False))
     assert "condition missing" not in (row["law_verdict"], row["campaign_verdict"])
 

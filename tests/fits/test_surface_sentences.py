@@ -24,7 +24,7 @@ def said(constant_error: float = 0.002, **surface: object) -> str:
     """Everything that is said of one surface."""
     known = {"search_converged": True, "usual_errors": (), **surface}
     constant = {"oil": "4050", "law": "deng2026", "constant": "A0"}
-    results = CampaignTables.in_memory(
+    results = CampaignTables.from_frames(
         surfaces=rows("surfaces", {"oil": "4050", "law": "deng2026", **known}),
         surface_constants=rows("surface_constants", {**constant, "standard_error": constant_error}),
         coefficients=rows("coefficients", {**constant, "standard_error": 0.004}),

@@ -74,7 +74,7 @@ def any_bearing(
 
 def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     law = LAWS["deng2026"]
-    fitted = FittedLaw(law, Coefficients.bare(law, printed()[oil]))
+    fitted = FittedLaw(law, Coefficients.from_constants(law, printed()[oil]))
     return LawInBearing.from_fit(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
 
 

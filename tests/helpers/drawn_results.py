@@ -18,7 +18,7 @@ def on_printed_law() -> CampaignTables:
     points["rig"] = "ball-on-disc-20mm"
     points["run_id"] = points["oil"] + points["run_id"]
     points["lambda_ratio"] = 0.4 * points["entrainment_speed_m_s"]
-    return CampaignTables.in_memory(points=points, coefficients=coefficients, fit_quality=quality)
+    return CampaignTables.from_frames(points=points, coefficients=coefficients, fit_quality=quality)
 
 
 def with_refits() -> CampaignTables:

@@ -5,7 +5,7 @@ import pandas as pd
 
 from law_points import EVERY_LAW, TRUTH
 from oilfilm.exports.description import SLIP, Description, describe
-from oilfilm.fits.conditions import FixedCondition, fixed_to_text
+from oilfilm.fits.conditions import FixedCondition, fixed_conditions_to_json
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
@@ -38,7 +38,11 @@ def tables_of(
     ]
     quality = {
         **{"n_points": 62, "n_curves": 2, "rmse": 1e-4, "max_error": 5e-4},
-        **{"searches": 5, "searches_agreeing": 5, "fixed_conditions": fixed_to_text(fixed)},
+        **{
+            "searches": 5,
+            "searches_agreeing": 5,
+            "fixed_conditions": fixed_conditions_to_json(fixed),
+        },
         "tested_min_slide_roll_ratio": 0.002,
         **corners.min().add_prefix("tested_min_"),
         **corners.max().add_prefix("tested_max_"),
@@ -46,7 +50,7 @@ def tables_of(
     coefficients, quality_table = planted_tables(law, dict.fromkeys(oils, constants), **quality)
     value = coefficients["value"]
     errors = {"standard_error": value.abs() / 100, "lower": value - 0.01, "upper": value + 0.01}
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         points=pd.concat([frame.assign(oil=oil) for oil in oils for frame in (points, wild)]),
         coefficients=coefficients.assign(**errors),
         fit_quality=quality_table,

@@ -175,7 +175,7 @@ def tested_slips(results: CampaignTables, settings: Settings) -> Sheet:
     sheet = Sheet()
     slips = results.points["slide_roll_ratio"].sort_values()
     sheet.panel(title=None).dots("measured", range(len(slips)), slips, {"marker": "."})
-    sheet.label("Plateau", "Slide-roll ratio S")
+    sheet.label_axes("Plateau", "Slide-roll ratio S")
     return sheet
 '''
 

@@ -9,7 +9,7 @@ from campaigns import printed
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.global_search import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law, to_internal

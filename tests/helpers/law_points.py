@@ -80,10 +80,10 @@ def compare_laws(
     joined = {}
     for name in FIT_TABLES:
         filled = [each.table(name) for each in fits if len(each.table(name))]
-        joined[name] = pd.concat(filled or [tables.empty(name)], ignore_index=True)
+        joined[name] = pd.concat(filled or [tables.empty_table(name)], ignore_index=True)
     quality = joined["fit_quality"]
     quality["configured"] = quality["law"] == settings.fit.law
-    return CampaignTables.in_memory(points=points, **joined)
+    return CampaignTables.from_frames(points=points, **joined)
 
 
 def internal_of(law: Law) -> FloatArray:

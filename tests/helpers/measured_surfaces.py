@@ -8,14 +8,14 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw, given_surface
 from oilfilm.fits.measured_surface import (
-    Contact,
     LawConstants,
+    MeasuredContact,
     free_law,
     surface_from_tables,
     usable_measurements,
 )
 from oilfilm.fits.run_assumptions import RunAssumptions
-from oilfilm.fits.surface_search import searched_surface
+from oilfilm.fits.surface_search import searched_surface_tables
 from oilfilm.settings.config import SurfaceSettings
 
 
@@ -24,12 +24,14 @@ def with_measured_surface(
 ) -> FittedLaw:
     """The fit with the surface of some points about its law; the fit alone if they are too few."""
     constants, followed = fitted.coefficients.constants, fitted.coefficients.group_has_exponent
-    contact = Contact.from_points(points[points["accepted"]])
+    contact = MeasuredContact.from_points(points[points["accepted"]])
     law = free_law(fitted.law, constants, followed, contact)
     runs, measurements = usable_measurements(points, law, contact, RunAssumptions())
     if len(runs) < settings.fewest_curves:
         return fitted
-    found = searched_surface(oil, fitted.law.name, law, measurements, settings, RunAssumptions())
+    found = searched_surface_tables(
+        oil, fitted.law.name, law, measurements, settings, RunAssumptions()
+    )
     (row,) = tables.rows(found.surfaces)
     fit = LawConstants(fitted.law, constants, followed)
     surface = surface_from_tables(row, found.surface_sizes, points, fit)

@@ -16,9 +16,9 @@ import pandas as pd
 from numpy._core._multiarray_umath import __cpu_features__ as features
 from pandas.api.types import is_object_dtype
 
+from oilfilm.releases.code_tree import blas_libraries
 from oilfilm.releases.compare import KERNEL_CHANGE
 from oilfilm.releases.manifest import Environment
-from oilfilm.releases.tree import blas_libraries
 
 _SIMD = np.show_config(mode="dicts")["SIMD Extensions"]
 # Instructions that this NumPy has kernels for, beyond those that it always uses.
@@ -87,7 +87,7 @@ CPUS = {
 }
 # Prints the environment that a manifest would name.
 ENVIRONMENT = (
-    "from oilfilm.base.home import HOME; from oilfilm.releases.tree import environment\n"
+    "from oilfilm.base.home import HOME; from oilfilm.releases.code_tree import environment\n"
     "print(environment(HOME).model_dump_json())"
 )
 

@@ -13,7 +13,7 @@ from scipy.optimize import least_squares
 from campaigns import LABORATORY, printed, rig_contact
 from fit_points import LAW, accepted_points, problem_of
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.measured_curves import curve_error_slopes, points_of_curves
+from oilfilm.fits.measured_curves import curve_error_slopes, point_indices_by_curve
 from oilfilm.fits.problem import Curves
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
@@ -90,7 +90,7 @@ def refit(
     of_run = of_run or Errors()
     effect = curve_error_slopes(LAW, TRUTH, curves)
     roots = []
-    for part in points_of_curves(data.curve_of_point):
+    for part in point_indices_by_curve(data.curve_of_point):
         d = effect[part] * of_run.of_curve
         of_points = d @ d.T + of_run.point**2 * np.eye(len(part))
         roots.append(np.linalg.inv(np.linalg.cholesky(of_points)))

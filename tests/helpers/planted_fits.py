@@ -73,5 +73,5 @@ def planted_fit(law: Law) -> tuple[FittedLaw, float, int]:
     speed = FixedCondition("entrainment_speed_m_s", 32.0, 2.0, (line,))
     spread, known = to_constants(law, scattered), np.array([True, False, True])
     constants = to_constants(law, internal)
-    fit = Coefficients(constants, known, spread, spread[:3], box, (speed,), degrees=20.0)
+    fit = Coefficients(constants, known, spread, spread[:3], box, (speed,), degrees_of_freedom=20.0)
     return FittedLaw(law, fit), factor, power

@@ -17,9 +17,9 @@ from oilfilm.base.home import REQUIREMENTS_LOCK_FILE
 from oilfilm.logs.raw_files import listing_text
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
-    CHECKSUMS,
-    MANIFEST,
-    PINNED_MANIFEST,
+    CHECKSUMS_FILE,
+    MANIFEST_FILE,
+    PINNED_MANIFEST_FILE,
     Environment,
     FileRecord,
     Manifest,
@@ -65,7 +65,7 @@ def made(
         tables.write(frame, table, root / path, provenance)
     sample = results / "tables/samples/oil=4102/part-0.parquet"
     content = {**provenance, "content": {}}
-    tables.write(tables.empty("samples"), "samples", root / sample, content)
+    tables.write(tables.empty_table("samples"), "samples", root / sample, content)
     others: dict[Path, bytes] = {
         results / "figures/curves.png": PNG,
         results / "summary.txt": b"fine\n",
@@ -160,12 +160,12 @@ def alter(release: Path, path: str, content: bytes) -> None:
 def write_manifest(release: Path, manifest: Manifest) -> None:
     """Give a release or a pin another manifest."""
     _, pinned = read_manifest(release)
-    path = release / (PINNED_MANIFEST if pinned else MANIFEST)
+    path = release / (PINNED_MANIFEST_FILE if pinned else MANIFEST_FILE)
     path.chmod(0o644)
     path.write_text(manifest.text(), encoding="utf-8")
     if not pinned:
-        (release / CHECKSUMS).chmod(0o644)
-        (release / CHECKSUMS).write_text(checksums(manifest), encoding="utf-8")
+        (release / CHECKSUMS_FILE).chmod(0o644)
+        (release / CHECKSUMS_FILE).write_text(checksums(manifest), encoding="utf-8")
 
 
 def tables_of(campaign: Campaign, oils: Sequence[str]) -> dict[str, pd.DataFrame]:

@@ -76,7 +76,7 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
     about = {"rule": "stuck_sensor", "reason": "the force stays", "advice": "Check the sensor."}
     unread = {"rule": "unreadable", "reason": "no data", "advice": "Log again."}
     torque = {"oil": "4102", "torque_n_m": 1.0, "traction_torque_n_m": 0.2, "converged": True}
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         runs=rows("runs", *runs),
         points=points,
         quarantine=rows(

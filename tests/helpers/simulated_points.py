@@ -146,7 +146,7 @@ class Campaign:
             "traction_coefficient": force / read_load,
         }
         rows = pd.DataFrame({name: np.ravel(values) for name, values in columns.items()})
-        whole = tables.empty("points").reindex(rows.index)
+        whole = tables.empty_table("points").reindex(rows.index)
         return whole.assign(
             **rows,
             oil=oil,

@@ -131,7 +131,7 @@ def test_other_columns_of_any_type_are_not_read_and_doubled_ones_refused(read) -
 def test_table_of_oilfilm_itself_is_refused(read, tmp_path: Path) -> None:
     path = tmp_path / "samples.parquet"
     about = {"campaign": "demo", "data": "simulated"}
-    tables.write(tables.empty("samples"), "samples", path, about)
+    tables.write(tables.empty_table("samples"), "samples", path, about)
     (refusal,) = read(path.read_bytes()).refusals
     assert refusal.rule == "own_table"
     assert "oilfilm made itself" in refusal.reason

@@ -13,12 +13,12 @@ from alterations import alter
 from oilfilm.base.errors import OilfilmError
 from oilfilm.releases.compare import compare
 from oilfilm.releases.manifest import (
-    CHECKSUMS,
-    MANIFEST,
-    MadeFrom,
+    CHECKSUMS_FILE,
+    MANIFEST_FILE,
     Manifest,
+    ReleaseInputs,
     canonical_json,
-    sha256_of,
+    text_sha256,
 )
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolved import Settings
@@ -38,23 +38,23 @@ def with_right_digests(content: Any) -> str:
     if isinstance(content, dict):
         content.pop("sha256", None)
         try:
-            content["version"] = MadeFrom(**content["made_from"]).version
+            content["version"] = ReleaseInputs(**content["made_from"]).version
         except (KeyError, TypeError, ValueError):
             pass
-        content["sha256"] = sha256_of(canonical_json(content))
+        content["sha256"] = text_sha256(canonical_json(content))
     return canonical_json(content)
 
 
 def alter_and_compare(release: Path, stranger: Path, settings: Settings, seeds: range) -> int:
     """Alter the manifest again and again; how many ended in a sentence."""
-    good = (release / MANIFEST).read_text(encoding="utf-8")
-    (stranger / CHECKSUMS).unlink()
+    good = (release / MANIFEST_FILE).read_text(encoding="utf-8")
+    (stranger / CHECKSUMS_FILE).unlink()
     refused = 0
     for seed in seeds:
         random = np.random.default_rng(seed)
         content = json.loads(good)
         alter(content, random)
-        (stranger / MANIFEST).write_text(with_right_digests(content), encoding="utf-8")
+        (stranger / MANIFEST_FILE).write_text(with_right_digests(content), encoding="utf-8")
         try:
             altered = StoredRelease.open(stranger)
             assert altered.find_changes()
@@ -67,7 +67,7 @@ def alter_and_compare(release: Path, stranger: Path, settings: Settings, seeds: 
 
 
 def test_text_of_an_unaltered_manifest_is_right(release: Path) -> None:
-    text = (release / MANIFEST).read_text(encoding="utf-8")
+    text = (release / MANIFEST_FILE).read_text(encoding="utf-8")
     assert with_right_digests(json.loads(text)) == text
     assert Manifest(**json.loads(text)).text() == text
 

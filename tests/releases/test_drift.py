@@ -41,7 +41,7 @@ Make = Callable[..., Path]
 def frames(demo: Campaign) -> dict[str, pd.DataFrame]:
     """Tables of two oils of the demonstration campaign."""
     seen = pd.DataFrame({"oil": OILS, "law": "deng2026", "seen_step_zero": [1e-4, 2e-4]})
-    return {**tables_of(demo, OILS), "soundness": tables.filled(seen, "soundness")}
+    return {**tables_of(demo, OILS), "soundness": tables.filled_table(seen, "soundness")}
 
 
 @pytest.fixture(scope="module")

@@ -21,12 +21,12 @@ from oilfilm.cli import main
 from oilfilm.releases import release as making
 from oilfilm.releases import release as releasing
 from oilfilm.releases.manifest import (
-    CHECKSUMS,
-    MANIFEST,
+    CHECKSUMS_FILE,
+    MANIFEST_FILE,
     MOST_BYTES,
     canonical_json,
     read_manifest,
-    sha256_of,
+    text_sha256,
 )
 from oilfilm.releases.stored_release import pin
 from oilfilm.settings.resolved import Settings
@@ -72,7 +72,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
         "data/raw/laboratory/a.csv",
         SECOND,
     ]
-    assert set(bytes_of(release)) == {*paths, MANIFEST, CHECKSUMS}
+    assert set(bytes_of(release)) == {*paths, MANIFEST_FILE, CHECKSUMS_FILE}
     report = (release / "report.html").read_bytes().decode()
     assert report.startswith("<h1>\u6cb9\r\n</h1>")
     assert f">{release.name}<" in report
@@ -190,7 +190,7 @@ def complaints(folder: Path) -> list[str]:
 @given(data=st.data())
 def test_any_changed_byte_is_found_and_its_file_named(loose: Path, data: st.DataObject) -> None:
     files = sorted(path for path in loose.rglob("*") if path.is_file() and path.stat().st_size)
-    path = data.draw(st.sampled_from([loose / MANIFEST, *files]))
+    path = data.draw(st.sampled_from([loose / MANIFEST_FILE, *files]))
     before = path.read_bytes()
     at = data.draw(st.integers(0, len(before) - 1))
     other = data.draw(st.integers(0, 255).filter(lambda value: value != before[at]))
@@ -230,16 +230,16 @@ def test_release_without_all_hashes_is_refused(
     loose: Path, tmp_path: Path, kept: int | None
 ) -> None:
     folder = shutil.copytree(loose, tmp_path / "release")
-    lines = (folder / CHECKSUMS).read_text(encoding="utf-8").splitlines(keepends=True)
+    lines = (folder / CHECKSUMS_FILE).read_text(encoding="utf-8").splitlines(keepends=True)
     # the manifest and every file, by another program's reading
     named = {line.split("  ", 1)[1].rstrip("\n") for line in lines}
-    assert named == {*bytes_of(folder)} - {CHECKSUMS}
+    assert named == {*bytes_of(folder)} - {CHECKSUMS_FILE}
     if kept is None:
-        (folder / CHECKSUMS).unlink()
+        (folder / CHECKSUMS_FILE).unlink()
     else:
-        (folder / CHECKSUMS).write_text("".join(lines[:kept]), encoding="utf-8")
+        (folder / CHECKSUMS_FILE).write_text("".join(lines[:kept]), encoding="utf-8")
     (complaint,) = verify(folder)
-    assert complaint.startswith(f"{CHECKSUMS}: ")
+    assert complaint.startswith(f"{CHECKSUMS_FILE}: ")
 
 
 @pytest.mark.parametrize(
@@ -256,7 +256,7 @@ def test_release_under_another_name_is_refused(loose: Path, tmp_path: Path, name
 def test_manifest_of_zeros_takes_little_memory(tmp_path: Path) -> None:
     """32 MB of zeros, with 600 MB for them beside what the library takes."""
     zeros = '{{"made_from": {{"raw": [{}0]}}}}'.format("0," * 16_777_000)
-    (tmp_path / MANIFEST).write_text(zeros, encoding="utf-8")
+    (tmp_path / MANIFEST_FILE).write_text(zeros, encoding="utf-8")
     program = (
         "import resource, sys; from oilfilm.cli import main; import oilfilm.cli.releases\n"
         "pages = int(open('/proc/self/statm').read().split()[0])\n"
@@ -272,7 +272,16 @@ def test_manifest_of_zeros_takes_little_memory(tmp_path: Path) -> None:
 def hostile(manifest: dict[str, Any]) -> list[Any]:
     """Manifests that a stranger might send."""
     first, made_from = manifest["files"][0], manifest["made_from"]
-    escapes = ("../../outside", "/etc/passwd", "a/../b", "C:/x", "a\\b", "", MANIFEST, "a\ud800")
+    escapes = (
+        "../../outside",
+        "/etc/passwd",
+        "a/../b",
+        "C:/x",
+        "a\\b",
+        "",
+        MANIFEST_FILE,
+        "a\ud800",
+    )
     elsewhere = {**made_from["raw"][0], "path": "workflow/oilfilm/cli.py"}
     environment = {**made_from["environment"], "packages": {"\x1b[31mX": 5}}
     of_inputs = {"campaign": "../x"}, {"raw": [elsewhere]}, {"environment": environment}
@@ -292,40 +301,42 @@ def sealed(content: Any) -> str:
     rest = {key: value for key, value in content.items() if key != "sha256"}
     # a half of a letter can only stand there escaped
     text = canonical_json(rest).encode("utf-8", "backslashreplace").decode("utf-8")
-    return canonical_json({**rest, "sha256": sha256_of(text)}).replace("\ud800", "\\ud800")
+    return canonical_json({**rest, "sha256": text_sha256(text)}).replace("\ud800", "\\ud800")
 
 
 def test_hostile_manifest_is_refused_in_a_sentence(
     release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
+    manifest = json.loads((release / MANIFEST_FILE).read_text(encoding="utf-8"))
     texts = [sealed(content) for content in hostile(manifest)]
     texts += ["{" * 100_000, "[" * 100_000 + "]" * 100_000, "\xff", "", '{"format": 1e999}']
     for number, text in enumerate(texts):
         folder = tmp_path / str(number)
         folder.mkdir()
         # one of the texts is no UTF-8
-        (folder / MANIFEST).write_text(text, encoding="latin-1")
+        (folder / MANIFEST_FILE).write_text(text, encoding="latin-1")
         assert main(["verify", str(folder)]) == 2, text[:200]
         printed = capsys.readouterr().err
-        assert f"{folder}/{MANIFEST}: " in printed
+        assert f"{folder}/{MANIFEST_FILE}: " in printed
         assert "\x1b" not in printed
         # refused for what it says, not for a hash that does not fit
         assert "was altered" not in printed
         assert len(printed) < 2000
-    with (tmp_path / MANIFEST).open("wb") as large:
+    with (tmp_path / MANIFEST_FILE).open("wb") as large:
         large.truncate(MOST_BYTES + 1)
     assert main(["verify", str(tmp_path)]) == 2
     assert "is larger than" in capsys.readouterr().err
-    (tmp_path / MANIFEST).unlink()
+    (tmp_path / MANIFEST_FILE).unlink()
     assert main(["verify", str(tmp_path)]) == 2
     assert "manifest.json" in capsys.readouterr().err
 
 
 def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) -> None:
-    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
+    manifest = json.loads((release / MANIFEST_FILE).read_text(encoding="utf-8"))
     files = [{**manifest["files"][0], "path": str(number)} for number in range(100_001)]
-    (tmp_path / MANIFEST).write_text(json.dumps({**manifest, "files": files}), encoding="utf-8")
+    (tmp_path / MANIFEST_FILE).write_text(
+        json.dumps({**manifest, "files": files}), encoding="utf-8"
+    )
     with pytest.raises(OilfilmError, match="expected 100000 or fewer items"):
         read_manifest(tmp_path)
 
@@ -335,10 +346,10 @@ def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) ->
 )
 def test_files_of_another_version_are_refused(release: Path, tmp_path: Path, path: str) -> None:
     """A stranger can seal anything anew, but not under the version of something else."""
-    manifest = json.loads((release / MANIFEST).read_text(encoding="utf-8"))
+    manifest = json.loads((release / MANIFEST_FILE).read_text(encoding="utf-8"))
     (record,) = (each for each in manifest["files"] if each["path"] == path)
     record["sha256"] = "0" * 64
-    (tmp_path / MANIFEST).write_text(sealed(manifest), encoding="utf-8")
+    (tmp_path / MANIFEST_FILE).write_text(sealed(manifest), encoding="utf-8")
     with pytest.raises(OilfilmError, match="inputs"):
         read_manifest(tmp_path)
 

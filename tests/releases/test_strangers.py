@@ -16,7 +16,7 @@ from nights import nightly
 from oilfilm import read_fit
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.releases.manifest import MANIFEST
+from oilfilm.releases.manifest import MANIFEST_FILE
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
@@ -51,7 +51,7 @@ def test_key_that_a_manifest_has_twice_is_refused(
     stranger: Path, key: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Other readers of JSON take the first of the two: what they see is not what was checked."""
-    path = stranger / MANIFEST
+    path = stranger / MANIFEST_FILE
     content = json.loads(path.read_text(encoding="utf-8"))
     twice = f'{{\n  "{key}": {json.dumps(content[key])},'
     path.chmod(0o644)
@@ -62,7 +62,7 @@ def test_key_that_a_manifest_has_twice_is_refused(
 @pytest.mark.parametrize("n_keys", [nightly(900_000), 2_400_000])
 def test_manifest_of_very_many_keys_takes_little_memory(stranger: Path, n_keys: int) -> None:
     """Up to 27.7 MB of unknown keys: the promise is 600 MB."""
-    path = stranger / MANIFEST
+    path = stranger / MANIFEST_FILE
     path.chmod(0o644)
     keys = ",".join(f'"{number}":1' for number in range(n_keys))
     path.write_text(f"{{{keys}}}", encoding="utf-8")

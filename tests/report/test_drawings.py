@@ -77,9 +77,9 @@ def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) 
 def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
     drawing: Draw, results: CampaignTables, monkeypatch: pytest.MonkeyPatch, name: str, panels: str
 ) -> None:
-    monkeypatch.setattr(curves, "_POINTS_TOLD_APART", 100)
+    monkeypatch.setattr(curves, "_MOST_POINTS_TOLD_APART", 100)
     _, all_drawn = drawing(name)
-    monkeypatch.setattr(curves, "_RUNS_DRAWN", 10)
+    monkeypatch.setattr(curves, "_MOST_RUNS_DRAWN", 10)
     figure, drawn = drawing(name)
     own = {"curves": "measured", "residuals": "point"}[name]
     points_of_run = len(results.points) // results.points["run_id"].nunique()
@@ -200,13 +200,13 @@ def test_runs_without_set_points_are_shown_by_their_measured_means(config: Setti
             for run, speed in (("good", 1.0), ("good", 3.0), ("bad", 5.0))
         ),
     )
-    figure, drawn = draw("coverage", CampaignTables.in_memory(points=points), config)
+    figure, drawn = draw("coverage", CampaignTables.from_frames(points=points), config)
     assert drawn.set_index("series")[["x", "y"]].to_dict("index") == {
         "accepted": {"x": 2.0, "y": 70.0},
         "refused": {"x": 5.0, "y": 70.0},
     }
     assert nothing_is_cut_off(figure)
-    empty, nothing = draw("coverage", CampaignTables.in_memory(), config)
+    empty, nothing = draw("coverage", CampaignTables.from_frames(), config)
     assert nothing.empty
     assert "nothing to cover" in empty.axes[0].texts[0].get_text()
 
@@ -216,7 +216,7 @@ def test_map_shows_the_state_of_each_condition(config: Settings) -> None:
     cells = rows("coverage", *(dict(zip(names, levels, strict=True)) for levels in matrix()))
     cells = cells.assign(oil="4102", planned=True, runs_accepted=1)
     cells.loc[0, ["runs_accepted", "runs_refused"]] = 0, 2
-    figure, drawn = draw("coverage", CampaignTables.in_memory(coverage=cells), config)
+    figure, drawn = draw("coverage", CampaignTables.from_frames(coverage=cells), config)
     states = {"accepted": len(cells) - 1, "refused": 1}
     assert drawn["series"].value_counts().to_dict() == states
     assert drawn.loc[drawn["series"] == "refused", "words"].tolist() == ["0/2"]

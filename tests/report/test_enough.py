@@ -5,7 +5,7 @@ from typing import Any
 import pytest
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.report.enough import accepted_runs_text, shortfalls
+from oilfilm.report.accepted_runs import accepted_runs_text, shortfall_sentences
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -34,7 +34,9 @@ def runs(**verdicts: str) -> CampaignTables:
         for number, letter in enumerate(letters)
     ]
     lost = [{**NOTHING, "file": f"lost{number}"} for number in range(unread)]
-    return CampaignTables.in_memory(runs=rows("runs", *known), quarantine=rows("quarantine", *lost))
+    return CampaignTables.from_frames(
+        runs=rows("runs", *known), quarantine=rows("quarantine", *lost)
+    )
 
 
 @pytest.mark.parametrize(
@@ -54,7 +56,7 @@ def runs(**verdicts: str) -> CampaignTables:
 def test_campaign_needs_accepted_runs(
     config: Settings, verdicts: dict[str, str], keys: dict[str, Any], lacking: str
 ) -> None:
-    told = "; ".join(shortfalls(runs(**verdicts), campaign(config, **keys)))
+    told = "; ".join(shortfall_sentences(runs(**verdicts), campaign(config, **keys)))
     assert told.startswith(lacking)
     assert bool(told) == bool(lacking)
 
@@ -74,7 +76,7 @@ def test_torque_logs_need_accepted_runs_of_their_own(config: Settings) -> None:
             torque_runs=rows("torque_runs", *kept),
             torque_quarantine=rows("quarantine", *({**NOTHING, **row} for row in refused)),
         )
-        return shortfalls(results, campaign(config, torque=torque))
+        return shortfall_sentences(results, campaign(config, torque=torque))
 
     a = {"run_id": "a", "file": "a", "oil": "x"}
     b = {"run_id": "b.xlsx:1", "file": "b.xlsx", "oil": "y"}

@@ -159,7 +159,7 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     unread = rows("quarantine", {"file": "broken.csv", "reason": "x", "stage": "ingest"})
     (entry,) = tables.rows(list_refusals(demo.curated.runs, demo.curated.points, unread, 9))
     assert (entry["file"], entry["page"], entry["reason"]) == ("broken.csv", "", "x")
-    assert list_refusals(*map(tables.empty, ("runs", "points", "quarantine")), 9).empty
+    assert list_refusals(*map(tables.empty_table, ("runs", "points", "quarantine")), 9).empty
     # a step without a run is a refusal in a file with runs
     curated = carry_logs(PCS_CONFIG, [("log.txt", traction_export(range(1, 4)))]).curated
     (entry,) = tables.rows(list_refusals(curated.runs, curated.points, curated.quarantine, 9))

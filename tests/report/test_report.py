@@ -145,7 +145,7 @@ def test_many_points_and_refusals_are_thinned_and_counted(write: Write) -> None:
     [(0.8, 2.5, 0.01), (20, 200, 1), (0.0, 0.3, 0.001), (0.0249, 0.0251, 1e-6), (0.5, 100.0, 0.1)],
 )
 def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: float) -> None:
-    axis = Axis.over("x", low, high, (low + high) / 2)
+    axis = Axis.with_round_steps("x", low, high, (low + high) / 2)
     assert axis.step == pytest.approx(step)
     assert axis.low <= low * (1 + 1e-12)
     assert axis.low > 0 or low == 0

@@ -12,7 +12,13 @@ from campaigns import ROOT
 from oilfilm import tables
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.logs.run_sheet import UNLISTED
-from oilfilm.report.document import Fact, _environment, _shown_tables, facts, percent_form
+from oilfilm.report.document import (
+    Fact,
+    _environment,
+    _shown_tables,
+    facts_from_template,
+    percent_formatter,
+)
 from oilfilm.report.sections.build import campaign_sections
 from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
@@ -77,7 +83,7 @@ def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config
     assert "Traction causes 20 % to 20 % of the torque." in told(section)  # 0.2 of 1.0 N m
     row = cells(section, "torque", "4102")
     assert row["Points"] == "1"
-    assert row["Median error"] == row["Largest error"] == percent_form(1)(0.1)
+    assert row["Median error"] == row["Largest error"] == percent_formatter(1)(0.1)
 
 
 def test_torque_logs_with_a_colon_in_their_names_are_counted_one_by_one(
@@ -149,7 +155,7 @@ def test_lists_of_tables_are_joined_where_they_are_shown() -> None:
     for name, shown in _shown_tables().items():
         model = tables.TABLES.get(shown.get("model", name))
         for column, given in shown["columns"].items():
-            if model and column in model.names and model[column].type == "texts":
+            if model and column in model.column_names and model[column].type == "texts":
                 assert given["form"] in ("list", "laws"), (name, column)
 
 
@@ -166,7 +172,9 @@ def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: S
 def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
     forged = "a.csv\n+ Everything is certified"
     case = {"name": forged, "gate": "drift", "count": 1, "reason": "it drifts", "advice": "Wait"}
-    (fact,) = facts("report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet")
+    (fact,) = facts_from_template(
+        "report/sections/cases.jinja", cases=[case], cases_in="quarantine.parquet"
+    )
     assert fact == Fact("a.csv + Everything is certified: drift. It drifts.", "Wait.")
 
 
@@ -176,7 +184,9 @@ def test_question_of_a_sentence_keeps_its_mark_and_is_said_once() -> None:
     nothing: dict[str, list[str]] = {"fitted": [], "misfits": [], "unrepeated": []}
     texts = [
         fact.text
-        for fact in facts("report/sections/fits.jinja", lost=lost, odd_curves=[], **nothing)
+        for fact in facts_from_template(
+            "report/sections/fits.jinja", lost=lost, odd_curves=[], **nothing
+        )
     ]
     (text,) = [text for text in texts if text.startswith("4010")]
     assert text.endswith("file)?")
@@ -188,7 +198,7 @@ def test_second_line_of_advice_does_not_overwrite_the_first(
 ) -> None:
     (tmp_path / "two.jinja").write_text("- the run drifts\n> wait\n> repeat the run\n", "utf-8")
     monkeypatch.setattr(_environment(), "loader", FileSystemLoader(tmp_path))
-    (fact,) = facts("two.jinja")
+    (fact,) = facts_from_template("two.jinja")
     assert fact.advice == "Wait. Repeat the run."
 
 

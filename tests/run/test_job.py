@@ -51,7 +51,7 @@ def inputs_of(top: Path, shares: list[list[str]], wildcards: dict[str, str]) -> 
         about = {"campaign": "june", "data": "measured", "rule": "points", "code": "c"}
         inputs = {f"data/raw/june/{log}": log * 4 for log in logs}
         part = {**about, "settings": "s", "part": True, "inputs": inputs}
-        tables.write(tables.empty("points"), "points", path, part)
+        tables.write(tables.empty_table("points"), "points", path, part)
         collect.input.append(str(path))
     with job(collect) as of_job:
         return dict(of_job.provenance["inputs"])

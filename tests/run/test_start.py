@@ -12,9 +12,9 @@ import pytest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.run.start import (
     UNUSABLE_LETTERS,
-    bring_dates_back,
     check_image,
     check_machine,
+    reset_future_dates,
     start_python_by_name,
 )
 
@@ -73,6 +73,6 @@ def test_dates_in_the_future_become_now_and_others_stay(tmp_path: Path) -> None:
     for name, stamp in (("future", now + 86_400), ("past", now - 86_400)):
         (tmp_path / name).touch()
         os.utime(tmp_path / name, (stamp, stamp))
-    bring_dates_back([tmp_path, tmp_path / "nothing"])
+    reset_future_dates([tmp_path, tmp_path / "nothing"])
     assert abs((tmp_path / "future").stat().st_mtime - now) < 60
     assert (tmp_path / "past").stat().st_mtime == pytest.approx(now - 86_400)

@@ -56,10 +56,10 @@ def test_units_are_of_the_quantity_that_the_name_says() -> None:
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_table_has_a_key_or_says_why_not(model: tables.Table) -> None:
     assert bool(model.key) != bool(model.no_key)
-    assert set(model.key) <= set(model.names)
+    assert set(model.key) <= set(model.column_names)
     for other, columns in model.references.items():
         assert tables.TABLES[other].key == columns
-        assert set(columns) <= set(model.names)
+        assert set(columns) <= set(model.column_names)
 
 
 @pytest.mark.parametrize("path", sorted(Path(oilfilm.__file__).parent.glob("*/*.yaml")), ids=str)
@@ -78,7 +78,7 @@ def test_no_key_is_given_twice_in_a_declaration(path: Path) -> None:
 def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
     """`make schemas RESULTS="results/demo results/thermal results/etm-slim"` renews them."""
     shown = read_examples().get(model.name, {})
-    assert list(shown) == model.names
+    assert list(shown) == model.column_names
     # no example: no finished table had a value, so the column must be one that may be empty
     empty = {"text": "", "texts": []}
     row = {
@@ -126,7 +126,7 @@ def test_column_of_a_table_has_its_declaration_and_what_the_table_adds(
 ) -> None:
     declare(declared_as(DECLARED))
     colours = dictionary.TABLES["colours"]
-    assert colours.names == ["oil", "colour"]
+    assert colours.column_names == ["oil", "colour"]
     assert colours["colour"].meaning_here == "colour of the oil; by daylight"
     assert colours["oil"] == COLUMNS["oil"]
 

@@ -39,7 +39,7 @@ def test_columns_and_rows_that_are_not_asked_for_are_not_read(
     part = CampaignTables({"points": [path]}).table("points", names, oil="4050")
     expected = points.loc[points["oil"] == "4050", names].reset_index(drop=True)
     pd.testing.assert_frame_equal(part, expected)
-    in_memory = CampaignTables.in_memory(points=points).table("points", names, oil="4050")
+    in_memory = CampaignTables.from_frames(points=points).table("points", names, oil="4050")
     pd.testing.assert_frame_equal(part, in_memory)
 
 
@@ -128,7 +128,7 @@ def test_runs_are_compared_without_all_columns_of_their_points(demo: Campaign) -
         table[table["oil"] == "4050"].reset_index(drop=True)
         for table in (demo.curated.points, demo.curated.runs)
     )
-    shares = NeverWhole.in_memory(points=points, runs=runs, quarantine=demo.curated.quarantine)
+    shares = NeverWhole.from_frames(points=points, runs=runs, quarantine=demo.curated.quarantine)
     compared = compare_runs(shares, demo.config)
     assert (compared.runs["verdict"] == "refused").any()
     pd.testing.assert_frame_equal(compared.runs, runs)

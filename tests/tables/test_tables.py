@@ -16,7 +16,11 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.tables import refuse_oversized
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.tables.samples_content import content_digest, digests_of_runs, reader_of_samples
+from oilfilm.tables.samples_content import (
+    digests_of_runs,
+    reader_of_samples,
+    samples_digest_and_row_count,
+)
 
 ABOUT = {"campaign": "test", "data": "simulated"}
 
@@ -37,7 +41,7 @@ def test_what_is_written_is_read_back(quarantine: pd.DataFrame, tmp_path: Path) 
 
 def test_footer_says_units_and_that_data_are_simulated(tmp_path: Path) -> None:
     path = tmp_path / "p.parquet"
-    tables.write(tables.empty("points"), "points", path, ABOUT)
+    tables.write(tables.empty_table("points"), "points", path, ABOUT)
     footer = tables.read_footer(path)
     assert footer["data"] == "simulated"
     field = parquet.read_schema(path).field("load_n")
@@ -112,7 +116,7 @@ def test_unknown_list_is_null_and_no_empty_list(tmp_path: Path) -> None:
     frame["bic_ties"] = [None, (), ("tanh",)]
     tables.write(frame, "law_verdicts", path, ABOUT)
     assert tables.read("law_verdicts", path)["bic_ties"].tolist() == [None, (), ("tanh",)]
-    filled = tables.filled(pd.DataFrame({"oil": ["a"], "verdict": "no fit"}), "law_verdicts")
+    filled = tables.filled_table(pd.DataFrame({"oil": ["a"], "verdict": "no fit"}), "law_verdicts")
     assert filled["bic_ties"].tolist() == [None]
 
 
@@ -137,7 +141,7 @@ def test_other_nested_columns_are_not_unpacked(tmp_path: Path, kind: arrow.DataT
 
 def test_column_that_a_file_has_twice_is_refused(tmp_path: Path) -> None:
     path = tmp_path / "quarantine.parquet"
-    tables.write(tables.empty("quarantine"), "quarantine", path, ABOUT)
+    tables.write(tables.empty_table("quarantine"), "quarantine", path, ABOUT)
     content = parquet.read_table(path)
     parquet.write_table(content.append_column("file", content["file"]), path)
     with pytest.raises(OilfilmError, match=r"repeats the columns \['file'\]"):
@@ -167,7 +171,7 @@ def test_repeated_key_is_refused(demo) -> None:
 
 
 def test_missing_and_unknown_columns_are_named() -> None:
-    frame = tables.empty("runs").drop(columns="oil").assign(colour="red")
+    frame = tables.empty_table("runs").drop(columns="oil").assign(colour="red")
     with pytest.raises(OilfilmError, match=r"lacks .*\['oil'\].*unknown .*\['colour'\]"):
         tables.conform(frame, "runs", "here")
 
@@ -196,7 +200,7 @@ def test_table_by_another_declaration_is_refused(
     tmp_path: Path, load: dict[str, str] | None, expected: str
 ) -> None:
     path = tmp_path / "points.parquet"
-    tables.write(tables.empty("points"), "points", path, ABOUT)
+    tables.write(tables.empty_table("points"), "points", path, ABOUT)
     content = parquet.read_table(path)
     place = content.schema.get_field_index("load_n")
     field = content.schema.field(place)
@@ -238,22 +242,22 @@ class Inputs(dict[str, str | list[str]]):
 
 def test_table_is_read_when_it_is_used_and_a_table_without_files_is_empty(tmp_path: Path) -> None:
     path = tmp_path / "torque.parquet"
-    results = CampaignTables.of_job(Inputs(torque=[], points=str(path), claims="claims.yaml"))
-    pd.testing.assert_frame_equal(results.torque, tables.empty("torque"))
+    results = CampaignTables.from_job(Inputs(torque=[], points=str(path), claims="claims.yaml"))
+    pd.testing.assert_frame_equal(results.torque, tables.empty_table("torque"))
     with pytest.raises(OilfilmError, match="there is no such table"):
         results.points  # noqa: B018
-    tables.write(tables.empty("points"), "points", path, PROVENANCE)
+    tables.write(tables.empty_table("points"), "points", path, PROVENANCE)
     assert results.points.empty
 
 
 def test_table_that_the_rule_does_not_list_is_refused_by_its_name() -> None:
-    results = CampaignTables.of_job(Inputs(torque=[], runs=[]))
+    results = CampaignTables.from_job(Inputs(torque=[], runs=[]))
     with pytest.raises(OilfilmError, match=r"'points' is not among the inputs.*runs, torque"):
         results.points  # noqa: B018
 
 
 def test_campaign_without_torque_logs_has_empty_tables_of_torque(tmp_path: Path) -> None:
-    results = CampaignTables.in_folder(tmp_path)
+    results = CampaignTables.from_folder(tmp_path)
     assert results.torque_quarantine.empty
     with pytest.raises(OilfilmError, match=r"coefficients\.parquet: there is no such table"):
         results.coefficients  # noqa: B018
@@ -278,8 +282,8 @@ def test_hash_of_samples_does_not_depend_on_files(samples: pd.DataFrame, tmp_pat
     one_file = [write(samples, tmp_path / "all.parquet")]
     parts = [samples[samples["run_id"].isin(others)], samples[samples["run_id"] == first]]
     two_files = [write(part, tmp_path / f"{len(part)}.parquet") for part in parts]
-    assert content_digest(one_file) == content_digest(two_files)
-    assert content_digest(one_file)[1] == len(samples)
+    assert samples_digest_and_row_count(one_file) == samples_digest_and_row_count(two_files)
+    assert samples_digest_and_row_count(one_file)[1] == len(samples)
     read = reader_of_samples(two_files)
     for run_id in samples["run_id"].unique():
         expected = samples[samples["run_id"] == run_id].reset_index(drop=True)

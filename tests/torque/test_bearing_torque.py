@@ -246,7 +246,7 @@ def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
 @pytest.fixture(scope="module")
 def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
     slip = cage_slip_table(oils, config)
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         torque=torque_table(plateaus([5.0, 6.5], [6000.0, 9000.0]), oils, config)[0],
         cage_slip=slip,
         size_effect=size_effect_table(oils, config),
@@ -258,7 +258,7 @@ def test_figures_show_their_data_or_say_that_there_are_none(config, results, nam
     figure, drawn = draw(name, results, config)
     assert len(drawn)
     assert nothing_is_cut_off(figure)
-    figure, drawn = draw(name, CampaignTables.in_memory(), config)
+    figure, drawn = draw(name, CampaignTables.from_frames(), config)
     assert drawn.empty
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
@@ -314,7 +314,7 @@ def test_a_law_on_load_takes_the_load_and_the_groups_of_the_bearings_contact(nam
     # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k of the contact's own Rx and E'
     oil = oil_of("4050")
     law = laws_for(oil, RIG)[name]
-    fitted = FittedLaw(law, Coefficients.bare(law, WANG_DENG))
+    fitted = FittedLaw(law, Coefficients.from_constants(law, WANG_DENG))
     radius, modulus = np.array([0.004, 0.012]), 2.5e11
     load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
 

@@ -27,7 +27,7 @@ def oils(config: Settings) -> list[OilInBearing]:
 
 def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(config, oils):
     slip = cage_slip_table(oils, config)
-    table = heat_balance_table(oils, slip, tables.empty("torque"), config)
+    table = heat_balance_table(oils, slip, tables.empty_table("torque"), config)
     assert len(table) == len(slip)
     assert table["balanced"].all()
     (of_4050,) = (oil.properties for oil in oils if oil.name == "4050")
@@ -54,7 +54,7 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(c
 
 def test_heated_oil_is_given_speed_with_the_mass_flow_of_the_inlet(config, oils):
     slip = cage_slip_table(oils, config)
-    table = heat_balance_table(oils, slip, tables.empty("torque"), config)
+    table = heat_balance_table(oils, slip, tables.empty_table("torque"), config)
     rows = table[(table["oil"] == "4050") & (table["axial_load_n"] == 20000)]
     (oil,) = (oil for oil in oils if oil.name == "4050")
     # without a balance, the flow at the contacts' temperature has the density there
@@ -77,5 +77,7 @@ def test_heated_oil_is_given_speed_with_the_mass_flow_of_the_inlet(config, oils)
 def test_without_a_known_flow_there_is_no_balance(config, oils):
     file = config.bearings["mainshaft-167"].model_copy(update={"oil_supply": None})
     unknown = config.model_copy(update={"bearings": config.bearings | {"mainshaft-167": file}})
-    table = heat_balance_table(oils, tables.empty("cage_slip"), tables.empty("torque"), unknown)
+    table = heat_balance_table(
+        oils, tables.empty_table("cage_slip"), tables.empty_table("torque"), unknown
+    )
     assert table.empty

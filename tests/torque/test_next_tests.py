@@ -17,9 +17,9 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw, predict
 from oilfilm.fits.measured_curves import (
-    ErrorSizes,
+    ErrorVariances,
     Information,
-    choose,
+    choose_curves,
     covariance,
     measured_information,
     uncertainties,
@@ -81,7 +81,7 @@ REPEATS = 150
 @pytest.fixture(scope="module")
 def information() -> Information:
     """What the small matrix tells, with the errors as planted and the constants as they are."""
-    sizes = ErrorSizes(RUN_ERRORS.of_curve**2, RUN_ERRORS.point**2)
+    sizes = ErrorVariances(RUN_ERRORS.of_curve**2, RUN_ERRORS.point**2)
     free = np.ones(len(TRUTH), dtype=bool)
     return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG_ERRORS, SLIP, true_form)
 
@@ -124,7 +124,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
         wanted_torque.gradients, change_by_form_error, wanted_torque.coordinates
     )
     precision_of_test = information.precision_of_curves(feasible.curves, feasible.form_error)
-    design = choose(information.precision, precision_of_test, gradients, 4)
+    design = choose_curves(information.precision, precision_of_test, gradients, 4)
     added_tests = [
         tuple(row) for row in feasible.tests[list(CONDITIONS)].to_numpy()[design.chosen_indices]
     ]
@@ -154,7 +154,7 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     # curves knows a standard error to some 20 %
     fitted = FittedLaw.from_tables(results.coefficients, OIL, results.refits, results.fit_quality)
     information = measured_information(fitted, results.points, OIL, None, 0.0)
-    assert not information.calibration.any()
+    assert not information.calibration_uncertainties.any()
     ours = np.diag(covariance(information.precision))[: len(TRUTH)]
     ratio = np.sqrt(ours / np.diag(fitted.coefficients.covariance(LAW)))
     assert (ratio < 1.3).all()

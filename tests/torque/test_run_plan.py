@@ -278,7 +278,7 @@ def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> Campa
         for slip in (0.01, 0.3):
             point = {"run_id": name, "oil": oil, "accepted": True, "slide_roll_ratio": slip}
             points.append(point | {"traction_coefficient": 0.01 + row[0] / 100})
-    return CampaignTables.in_memory(runs=rows("runs", *runs), points=rows("points", *points))
+    return CampaignTables.from_frames(runs=rows("runs", *runs), points=rows("points", *points))
 
 
 def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows() -> None:

@@ -10,7 +10,7 @@ from campaigns import read_campaign, write_campaign
 from command_line import succeeded
 from extensions import EXTENSIONS, apply
 from nights import nightly
-from oilfilm.exports.campaign import FORMS
+from oilfilm.exports.campaign import EXPORT_FORMS
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_FILES, LAWS
 from reproduce import command
@@ -43,13 +43,13 @@ def test_law_goes_from_points_to_exports(released_project: Path, tmp_path: Path,
     apply(EXTENSIONS["A law"], project)
     run_with(project, law)
     results = project / "results/small"
-    assert set(CampaignTables.in_folder(results).configured.fit_quality["law"]) == {law}
+    assert set(CampaignTables.from_folder(results).configured_fits.fit_quality["law"]) == {law}
     exports = results / "exports/4102"
     content = json.loads((exports / "traction_4102.json").read_text())
     assert content["law"]["name"] == law
     for name in content["files"].values():
         assert (exports / name).stat().st_size > 100
-    assert {*content["files"], *content["not_written"]} == {"CSV", *FORMS}
+    assert {*content["files"], *content["not_written"]} == {"CSV", *EXPORT_FORMS}
     # the form of the ADORE code is that of some laws only
     assert set(content["not_written"]) <= {"ADORE"}
     report = (results / "report.html").read_text(encoding="utf-8")

@@ -26,10 +26,10 @@ def project(tmp_path: Path) -> Path:
 @pytest.mark.nightly
 def test_campaign_of_a_laboratory_runs_to_its_report(project: Path) -> None:
     succeed(project, "--config", "campaign=own")
-    results = CampaignTables.in_folder(project / "results/own")
+    results = CampaignTables.from_folder(project / "results/own")
     # every condition of the matrix was tested once, and nothing but the law's own tables is there
     assert len(results.runs) == 12
-    assert results.configured.fit_quality["certified"].all()
+    assert results.configured_fits.fit_quality["certified"].all()
     assert (project / "results/own/report.html").is_file()
     assert not (project / "results/own/tables/claims.parquet").exists()
 

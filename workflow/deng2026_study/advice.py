@@ -94,7 +94,7 @@ def advice_tables(
     lambda_limit = settings.gates.lambda_limit
     advice = advise(results.cage_slip, selection, lambda_limit)
     if advice.empty:
-        return {"slip_advice": advice, "advice_band": tables.empty("advice_band")}
+        return {"slip_advice": advice, "advice_band": tables.empty_table("advice_band")}
     cage_slip = _slip_at_band_temperatures(oils, results.cage_slip, settings)
     return {"slip_advice": advice, "advice_band": _advice_band(cage_slip, settings, BY_LAW)}
 
@@ -147,7 +147,7 @@ def advice_by_truth(
         return {
             "slip_advice": advice,
             "advice_band": band,
-            "true_cage_slip": tables.empty("true_cage_slip"),
+            "true_cage_slip": tables.empty_table("true_cage_slip"),
         }
     true_slip = true_cage_slip_map(results.cage_slip, settings, constants)
     true_slips = [true_slip]
@@ -213,7 +213,7 @@ def advise(
         OilfilmError: No rule applies to an operating point.
     """
     if not set(_oils_of_rules(selection)) <= set(cage_slip["oil"]):
-        return tables.empty("slip_advice")
+        return tables.empty_table("slip_advice")
     advice = _judge_advice(_slip_map(cage_slip, selection), selection, lambda_limit)
     return stack_tables([advice], "slip_advice")
 

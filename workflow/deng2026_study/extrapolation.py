@@ -16,7 +16,7 @@ from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.fitted import INTERVALS, FittedLaw
+from oilfilm.fits.fitted import INTERVAL_COLUMNS, FittedLaw
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction import LAWS
@@ -114,7 +114,7 @@ def _interval_of_next_run(surface: OilSurface | None, truth: pd.DataFrame) -> di
         return {"obs_ci_lower": no_interval, "obs_ci_upper": no_interval}
     conditions = truth[list(surface.law.law.conditions)].to_numpy(float)
     slip = truth["slide_roll_ratio"].to_numpy(float)
-    prediction = surface.answer(
+    prediction = surface.predict(
         surface.law.law, conditions, slip, _CONFIDENCE_LEVEL, whole_curve=False
     )
     return {"obs_ci_lower": prediction.lower, "obs_ci_upper": prediction.upper}
@@ -152,7 +152,7 @@ def _rows_of_fit(
     )
     for name in ("mean_ci_lower", "mean_ci_upper"):
         rows[name] = getattr(prediction, name)
-    limited_columns = ["traction_coefficient", *INTERVALS]
+    limited_columns = ["traction_coefficient", *INTERVAL_COLUMNS]
     rows[limited_columns] = rows[limited_columns].clip(-_LARGEST_MU, _LARGEST_MU)
     return rows
 

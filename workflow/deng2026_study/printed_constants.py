@@ -256,7 +256,7 @@ def judge_signs(
             _verdict_table(sign_set_table, shares_by_slips, effects, settings.signs)
         )
     if not sign_set_tables:
-        return tables.empty("signs"), tables.empty("sign_verdicts")
+        return tables.empty_table("signs"), tables.empty_table("sign_verdicts")
     return (
         tables.conform(pd.concat(sign_set_tables), "signs", "sign sets"),
         tables.conform(pd.concat(verdict_tables), "sign_verdicts", "signs"),

@@ -41,10 +41,10 @@ class PrintedLaw(FittedLaw):
         """See `FittedLaw`."""
         return "the paper states none"
 
-    def remarks(self, conditions: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
+    def remarks(self, conditions: FloatArray, slip: FloatArray) -> list[str]:
         """See `FittedLaw`."""
         signs = ", ".join(f"{name} {certainty}" for name, certainty in self.sign_certainty.items())
-        (low,), (high,) = self.sign_range(conditions, slide_roll_ratio)
+        (low,), (high,) = self.sign_range(conditions, slip)
         return [f"restored signs: {signs}", f"over the open signs mu is {low:.5f} to {high:.5f}"]
 
     def sign_range(
@@ -92,7 +92,8 @@ def printed_law(printed_coefficients: PrintedCoefficients, oil: str, tested_box:
     column_names = [*DENG2026.conditions, "slide_roll_ratio"]
     box = np.array([ends_by_name[name] for name in column_names], dtype=float)
     coefficients = replace(
-        Coefficients.bare(DENG2026, printed_coefficients.constants_by_oil()[oil]), tested_box=box
+        Coefficients.from_constants(DENG2026, printed_coefficients.constants_by_oil()[oil]),
+        tested_box=box,
     )
     law = PrintedLaw(
         DENG2026, coefficients, sign_certainty=printed_coefficients.sign_certainties(oil)

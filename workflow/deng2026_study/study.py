@@ -26,11 +26,11 @@ from oilfilm.exports.campaign import export_oils
 from oilfilm.exports.description import (
     Description,
     LawVariable,
-    Published,
+    PublishedSource,
     constant_meanings,
     make_identifiers,
 )
-from oilfilm.report.document import Entry, Section, facts, show_table
+from oilfilm.report.document import FoldedEntry, Section, facts_from_template, show_table
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.config import Box, ExportSettings
 from oilfilm.settings.messages import load
@@ -75,7 +75,7 @@ def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> l
                 constants_as_json=tuple(_constant_descriptions(fitted)),
                 quality=None,
                 adore_points=adore_points,
-                published=Published(_SOURCE, tuple(_caveats(fitted))),
+                published=PublishedSource(_SOURCE, tuple(_caveats(fitted))),
             )
         )
     return descriptions
@@ -220,7 +220,7 @@ def _claims_section(results: CampaignTables, settings: Settings) -> Section:
     claims_by_refit = claims[claims["basis"] == "refit"]
     judged_oils = set(claim_numbers.loc[claim_numbers["basis"] == "refit", "oil"])
     reason_codes = [code for code in claims_by_refit["reason_code"].unique() if code]
-    facts_on_claims = facts(
+    facts_on_claims = facts_from_template(
         "deng2026_study/claims.jinja",
         refit=claims_by_refit["verdict"]
         .value_counts()
@@ -270,7 +270,7 @@ def _claim_entry(
     paper_claims: Claims,
     claim_numbers: pd.DataFrame,
     settings: Settings,
-) -> Entry:
+) -> FoldedEntry:
     """A claim: the paper's words, the test, verdict and finding on each basis, a caveat."""
     verdict_of_basis = []
     paragraphs = [
@@ -290,7 +290,7 @@ def _claim_entry(
         paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
     if claim.caveat is not None:
         paragraphs.append(f"Caveat: {claim.caveat}")
-    return Entry(claim.claim, verdict_of_basis, paragraphs)
+    return FoldedEntry(claim.claim, verdict_of_basis, paragraphs)
 
 
 def _finding_text(
@@ -375,7 +375,7 @@ def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
     """
     if results.signs.empty:
         return Section("printed", "Printed constants")
-    coefficients = results.configured.coefficients
+    coefficients = results.configured_fits.coefficients
     coefficients = coefficients[coefficients["law"] == PAPER_LAW.name]
     fitted_constants = coefficients[["oil", "constant", "value", "verdict"]].dropna(subset="value")
     judged_constants = fitted_constants.merge(results.sign_verdicts[["oil", "constant", "sign"]])
@@ -383,7 +383,7 @@ def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
     # the other verdicts are `sign unknown`, `no interval`, `at a bound` and so on
     is_known = judged_constants["verdict"] == "known"
     oil_and_constant = judged_constants["oil"] + " " + judged_constants["constant"]
-    facts_on_constants = facts(
+    facts_on_constants = facts_from_template(
         "deng2026_study/printed.jinja",
         confirmed=(is_known & has_same_sign).sum(),
         judged=len(judged_constants),
@@ -422,7 +422,7 @@ def _choice_section(results: CampaignTables) -> Section:
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged_points["good_oils"].explode().tolist()
     stability = certainty_of_best_oil(results.cage_slip, STAYS_BEST_SHARE)
-    facts_on_choice = facts(
+    facts_on_choice = facts_from_template(
         "deng2026_study/choice.jinja",
         mapped=len(advice),
         total=len(judged_points),
@@ -495,7 +495,9 @@ def _truth_section(errors: pd.DataFrame) -> Section:
     worst_conditions = errors[list(_WORST_CONDITION)].to_numpy()
     conditions = [condition_format.format(*condition) for condition in worst_conditions]
     error_table = show_table(errors.assign(where=conditions), "truth-errors")
-    return Section("truth", "Simulated truth", facts("deng2026_study/truth.jinja"), [error_table])
+    return Section(
+        "truth", "Simulated truth", facts_from_template("deng2026_study/truth.jinja"), [error_table]
+    )
 
 
 # Folder of the printed constants among the exports. Those of fits are named by identifiers, which

@@ -13,9 +13,9 @@ from oilfilm.base import home, studies
 from oilfilm.base.digests import code_digest, file_digest
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import HOME, PACKAGE
-from oilfilm.releases.tree import code_tree_digest
+from oilfilm.releases.code_tree import code_tree_digest
 from oilfilm.run.start import (
-    bring_dates_back,
+    reset_future_dates,
     check_image,
     check_machine,
     lock_run,
@@ -27,7 +27,7 @@ from oilfilm.tables.table_needs import (
     OPTIONAL_TABLES,
     FIT_TABLES,
     SURFACE_TABLES,
-    lacking_tables,
+    lacking_table_names,
 )
 from oilfilm.traction import LAW_FILES
 
@@ -108,7 +108,7 @@ wildcard_constraints:
 
 def finished(*names):
     """Files of finished tables by name; an empty list for a table that this campaign lacks."""
-    lacking_names = lacking_tables(CAMPAIGN)
+    lacking_names = lacking_table_names(CAMPAIGN)
     return {name: [] if name in lacking_names else f"<tables>/{name}.parquet" for name in names}
 
 

@@ -22,7 +22,7 @@ with run.job(snakemake) as job:
         first_seen.check_and_add(digests, params.acknowledged)
         removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:
-            run.say(removed_logs)
+            run.print_line(removed_logs)
     job.provenance["inputs"] |= params.run_sheet
     compared = compare_runs(job.input_tables, job.settings)
     runs, quarantine = compared.runs, compared.quarantine
@@ -31,8 +31,8 @@ with run.job(snakemake) as job:
     parts_in_order_of_runs = sorted_rows(
         "points", list(map(Path, inputs.points)), plateau_count_by_run, points_path.parent
     )
-    failed_gates = [tables.empty("points")[["run_id", "failed_gates"]]]
-    with tables.writing("points", points_path, job.provenance, tables.ROW_GROUP) as write_part:
+    failed_gates = [tables.empty_table("points")[["run_id", "failed_gates"]]]
+    with tables.writing("points", points_path, job.provenance, tables.ROWS_PER_GROUP) as write_part:
         for part in parts_in_order_of_runs:
             points = compared.judge_points(part)
             write_part(points)
@@ -55,7 +55,7 @@ with run.job(snakemake) as job:
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": mapping_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
-        with tables.writing("points", Path(path), provenance, tables.ROW_GROUP) as write_part:
+        with tables.writing("points", Path(path), provenance, tables.ROWS_PER_GROUP) as write_part:
             for part in tables.read_parts("points", points_path):
                 write_part(part[part["oil"] == oil])
         tables.write(runs_of_oil, "runs", Path(runs_path), provenance)

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import oilfilm.run.job as run
 from oilfilm.base.atomic_write import write_text
-from oilfilm.report.enough import accepted_runs_text
+from oilfilm.report.accepted_runs import accepted_runs_text
 
 with run.job(snakemake) as job:
     text = accepted_runs_text(job.input_tables, job.settings.campaign)

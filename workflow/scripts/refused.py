@@ -10,7 +10,7 @@ from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.report.figures.refused_runs import (
-    MARKED_POINTS,
+    MARKED_POINT_COLUMNS,
     JudgedLogs,
     draw_pages,
     judged_torque_logs,
@@ -21,7 +21,7 @@ with run.job(snakemake) as job:
     inputs = snakemake.input
     samples_of_run = reader_of_samples([Path(path) for path in inputs.samples])
     quarantine = job.input_tables.quarantine
-    parts_of_points = job.input_tables.parts("points", MARKED_POINTS)
+    parts_of_points = job.input_tables.parts("points", MARKED_POINT_COLUMNS)
     # pages show plateaus of refused runs alone
     points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts_of_points)
     judged_traction_logs = JudgedLogs(

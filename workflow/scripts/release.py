@@ -7,8 +7,8 @@ from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import HOME
 from oilfilm.logs.raw_files import read_listings
+from oilfilm.releases.code_tree import code_tree_digest
 from oilfilm.releases.release import FinishedRun, make_release
-from oilfilm.releases.tree import code_tree_digest
 
 with run.job(snakemake) as job:
     inputs, params = snakemake.input, snakemake.params
@@ -30,4 +30,4 @@ with run.job(snakemake) as job:
     folder, is_new = make_release(finished_run, releases)
     # the log is the same after a job that was killed behind its release and ran again
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
-    run.say(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")
+    run.print_line(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")

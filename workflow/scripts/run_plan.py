@@ -6,5 +6,5 @@ from oilfilm.torque.run_plan import run_plan_table
 with run.job(snakemake) as job:
     plan, reasons = run_plan_table(job.input_tables, job.settings)
     for reason in reasons:
-        run.say(f"no plan of runs: {reason}")
+        run.print_line(f"no plan of runs: {reason}")
     job.write({"run_plan": plan})

@@ -6,5 +6,5 @@ from oilfilm.torque.next_tests import plan_table
 with run.job(snakemake) as job:
     plan, reasons = plan_table(job.input_tables, job.settings)
     for reason in reasons:
-        run.say(f"no plan: {reason}")
+        run.print_line(f"no plan: {reason}")
     job.write({"test_plan": plan})

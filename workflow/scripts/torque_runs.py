@@ -24,7 +24,7 @@ with run.job(snakemake) as job:
         first_seen.check_and_add(digests, snakemake.params.acknowledged)
         removed_logs = first_seen.sentence_on_missing(digests)
         if removed_logs:
-            run.say(removed_logs)
+            run.print_line(removed_logs)
     job.provenance["inputs"] = run.digests_by_folder(job.provenance["inputs"])
     job.write({"torque_runs": curated.points, "torque_quarantine": curated.quarantine})
     write_text(listing_text(digests), Path(snakemake.output.logs))

@@ -66,7 +66,7 @@ def refit_evidence(
     results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
 ) -> Evidence:
     """The campaign's own fits and points of the paper's oils, without other oils."""
-    coefficients = results.configured.coefficients
+    coefficients = results.configured_fits.coefficients
     points = results.points
     oils = [oil for oil in coefficients["oil"].unique() if oil in viscosity_order]
     fit_by_oil = {oil: FittedLaw.from_tables(coefficients, oil) for oil in oils}
@@ -93,7 +93,7 @@ def refit_evidence(
 def printed_evidence(constants_by_oil: dict[str, FloatArray], settings: Settings) -> Evidence:
     """The constants that the paper prints, signs restored; the most viscous oil first."""
     fit_by_oil = {
-        oil: FittedLaw(DENG2026, Coefficients.bare(DENG2026, constants))
+        oil: FittedLaw(DENG2026, Coefficients.from_constants(DENG2026, constants))
         for oil, constants in constants_by_oil.items()
     }
     return Evidence(

@@ -110,7 +110,7 @@ class Evidence:
     fit_by_oil: Mapping[str, FittedLaw]
     settings: Settings
     grid: Grid
-    campaign_tables: CampaignTables = field(default_factory=CampaignTables.in_memory)
+    campaign_tables: CampaignTables = field(default_factory=CampaignTables.from_frames)
     truth_is_law: bool = False
 
     def with_levels(self, **levels: Sequence[float] | FloatArray) -> "Evidence":

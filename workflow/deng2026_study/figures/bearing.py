@@ -17,7 +17,7 @@ from deng2026_study.advice import (
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.report.figures import style
-from oilfilm.report.figures.bearing import in_units_of_axes, torque
+from oilfilm.report.figures.bearing import axis_columns, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -66,9 +66,11 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     tests = results.published_tests.dropna(subset="published_power_w")
     sheet = Sheet(height=2.0)
     panel = sheet.panel(title=None)
-    sheet.label(style.SPEED_LABEL, "Power loss (W)")
+    sheet.label_axes(style.SPEED_LABEL, "Power loss (W)")
     if tests.empty:
-        panel.say("The published test's oil is not fitted,\nor its bearing not described.")
+        panel.write_message(
+            "The published test's oil is not fitted,\nor its bearing not described."
+        )
         return sheet
     bearing_name, oil, load_n, temperature_c = tests.iloc[0][
         ["bearing", "oil", "axial_load_n", "inlet_temperature_c"]
@@ -94,9 +96,9 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dot_look["markersize"] = 4
     for term, power in zip(HEAT_TERMS, power_of_terms, strict=True):
-        panel.keep(term, speed_1000_rpm, power, oil=oil)
+        panel.record(term, speed_1000_rpm, power, oil=oil)
     power_interval = {"lower": tests["power_low_w"], "upper": tests["power_high_w"]}
-    panel.keep("sum", speed_1000_rpm, tests["power_w"], oil=oil, **power_interval)
+    panel.record("sum", speed_1000_rpm, tests["power_w"], oil=oil, **power_interval)
     panel.dots("published", speed_1000_rpm, tests["published_power_w"], dot_look)
     panel.axis.set_axisbelow(True)
     panel.axis.set_title(
@@ -134,7 +136,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
         return text_figure(_NO_MAP)
-    advice = advice.assign(**in_units_of_axes(advice))
+    advice = advice.assign(**axis_columns(advice))
     sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
     sheet.axes[0].set_yscale("log")
     sheet.axes[0].yaxis.set_major_formatter("{x:g}")
@@ -153,9 +155,9 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     handles += _draw_judgements(advised_panel, advice)
     for panel in (best_panel, advised_panel):
         handles += _draw_undecided(panel, advice)
-    sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
+    sheet.label_axes(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
     labels = judgement + ", best " + advice["best_oil"].replace("", "none")
-    advised_panel.keep(
+    advised_panel.record(
         "advised oil", advice["speed"], advice["load_kn"], oil=advice["advised_oil"], label=labels
     )
     temperature_c = settings.bearing.cage_slip.inlet_temperature_c
@@ -221,7 +223,7 @@ def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFra
 def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
     """Draw rings where the truth has another best oil; return entries of the legend."""
     wrong_rows = advice[is_wrong_by_truth(advice)]
-    panel.keep("wrong by truth", wrong_rows["speed"], wrong_rows["load_kn"])
+    panel.record("wrong by truth", wrong_rows["speed"], wrong_rows["load_kn"])
     if wrong_rows.empty:
         return []
     ring: style.Look = {"color": "black", "markerfacecolor": "none", "markeredgewidth": 0.8}

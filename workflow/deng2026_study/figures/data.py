@@ -22,7 +22,7 @@ from deng2026_study.settings import study_settings
 from oilfilm import tables
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.curves import NO_POINT, CurveInPanel, draw_curves
+from oilfilm.report.figures.curves import NO_POINT_MESSAGE, CurveInPanel, draw_curves
 from oilfilm.report.figures.fits import draw_constants
 from oilfilm.report.figures.sheet import Sheet, register, table_page
 from oilfilm.settings.base import required_value
@@ -55,7 +55,7 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
     shown_conditions = study_settings(settings).figures.fig02
     oil = shown_conditions.oil
     temperatures = shown_conditions.inlet_temperature_c
-    fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
+    fitted = FittedLaw.from_tables(results.configured_fits.coefficients, oil)
     oil_colour = style.oil_colour(oil, list(settings.oils))
     sheet = Sheet(2 * len(temperatures), 2, height=1.7, sharex=True, sharey=True)
     # left: pressures at one speed; right: speeds at one pressure
@@ -112,13 +112,13 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
             points = _points_at_levels(
                 results.points, runs, oil, {_PRESSURE: pressure, **levels_of_sheet}
             )
-            fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
+            fitted = FittedLaw.from_tables(results.configured_fits.coefficients, oil)
             look = style.oil_look(oil, oils)
             curves.append(CurveInPanel(oil, oil, points, fitted, look["color"], look["marker"]))
         draw_curves(sheet.panel(panel_index, style.level_phrases({_PRESSURE: pressure})), curves)
     drawn_oils = set(sheet.drawn()["oil"])
     oils_without_points = [oil for oil in oils if oil not in drawn_oils]
-    notes = style.lost_handles(oils_without_points, "no accepted point here")
+    notes = style.missing_oil_handles(oils_without_points, "no accepted point here")
     _label_axes_and_legend(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
     return sheet
 
@@ -159,11 +159,11 @@ def _label_axes_and_legend(
         notes: Further entries of the legend, after those of the series.
         title: Title of the legend.
     """
-    sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
+    sheet.label_axes(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     if not sheet.drawn_parts:
         # a panel without points has this text; a sheet without any level has drawn no panel
         if not sheet.axes[0].texts:
-            sheet.panel(0).say(NO_POINT)
+            sheet.panel(0).write_message(NO_POINT_MESSAGE)
         return
     columns_of_handles = []
     for axes_of_group in groups:
@@ -181,7 +181,7 @@ def _label_axes_and_legend(
     legend_handles = []
     for handles_of_column in columns_of_handles:
         # empty entries, so that each group has a column of its own
-        empty_entries = style.lost_handles([""] * (row_count - len(handles_of_column)))
+        empty_entries = style.missing_oil_handles([""] * (row_count - len(handles_of_column)))
         legend_handles += [*handles_of_column, *empty_entries]
     column_count = len(groups) if len(groups) > 1 else _AS_MANY_AS_FIT
     sheet.legend([*legend_handles, *notes], title, column_count)
@@ -456,7 +456,7 @@ def _table_sheet(
         for quantity, unit in zip(drawn_cells["quantity"], drawn_cells["unit"], strict=True)
     ]
     labels = drawn_cells["text"] + " [" + drawn_cells["source"] + "]"
-    panel.keep(
+    panel.record(
         row_names, np.nan, value=drawn_cells["value"], label=labels, panel=drawn_cells["column"]
     )
     return sheet
@@ -479,7 +479,7 @@ def eqs11_13(
     bootstrap over curves. Beside them: the constants printed in the paper, signs restored, for
     the oils that it tested.
     """
-    table = add_printed_values(results.configured.coefficients, printed_coefficients)
+    table = add_printed_values(results.configured_fits.coefficients, printed_coefficients)
     note = "Printed: Deng et al. 2026, signs reconstructed"
     return draw_constants(table, list(settings.oils), note)
 
@@ -565,7 +565,7 @@ def _draw_schematic(
     series_names = (parts["mark"] + " " + parts["kind"]).str.strip().repeat(2)
     x = parts[["x", "to_x"]].to_numpy().ravel()
     y = parts[["y", "to_y"]].to_numpy().ravel()
-    panels[0].keep(series_names, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
+    panels[0].record(series_names, x, y, label=np.repeat(labels, 2), panel=parts["panel"].repeat(2))
     return sheet
 
 

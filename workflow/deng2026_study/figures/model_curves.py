@@ -19,10 +19,10 @@ from oilfilm import tables
 from oilfilm.base.ties import first_largest, reaches
 from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.bearing.kinematics import pitch_speed_mm_rpm
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
-from oilfilm.report.figures.fits import mu_at_zero_slip, symbol_of
+from oilfilm.report.figures.fits import mu_at_zero_slip, oil_symbol
 from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
 from oilfilm.report.names import CONDITION_TEXTS, law_title
 from oilfilm.settings.resolved import Settings
@@ -48,7 +48,7 @@ CUTS = {
     "fig09": ("max_hertz_pressure_gpa", _TEMPERATURE),
     "fig10": (_TEMPERATURE, _SLIP),
 }
-_BEYOND_TESTS_PATCH = Patch(facecolor=style.EXTRAPOLATED, label="beyond the tests")
+_BEYOND_TESTS_PATCH = Patch(facecolor=style.EXTRAPOLATED_COLOUR, label="beyond the tests")
 # What the dashed lines are, by the name of their series.
 _LABEL_OF_DASHED_SERIES = {"truth": "truth of the simulation", "printed": "printed constants"}
 
@@ -123,7 +123,7 @@ def _draw_cuts(
         dict(zip(fixed_names, fixed_levels, strict=True))
         for fixed_levels in itertools.product(*(getattr(levels, name) for name in fixed_names))
     ]
-    coefficients = add_printed_values(results.configured.coefficients, printed_coefficients)
+    coefficients = add_printed_values(results.configured_fits.coefficients, printed_coefficients)
     laws_by_oil = {}
     for oil in settings.oils:
         law_by_series = _laws_of_series(results, coefficients, oil)
@@ -158,7 +158,7 @@ def _draw_cuts(
         colour = style.oil_colour(oil, list(settings.oils))
         corner_look: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
         panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner_look)
-    sheet.label(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
+    sheet.label_axes(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
     sheet.legend(
         _legend_entries(sheet.drawn(), getattr(levels, line_condition), (abscissa, line_condition)),
         _speeds_of_bearings(fixed_levels_of_rows),
@@ -187,7 +187,7 @@ def _laws_of_series(
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     if coefficients_of_oil.empty:
         return {}
-    configured = results.configured
+    configured = results.configured_fits
     refit = FittedLaw.from_tables(coefficients_of_oil, oil, quality=configured.fit_quality)
     refit = replace(refit, read_surface=partial(read_surface, results, oil))
     law = refit.law
@@ -207,7 +207,7 @@ def _laws_of_series(
         return {
             "refit": refit,
             # without interval and tested box
-            "printed": FittedLaw(law, Coefficients.bare(law, printed_values)),
+            "printed": FittedLaw(law, Coefficients.from_constants(law, printed_values)),
         }
     return {"refit": refit}
 
@@ -257,7 +257,7 @@ def _draw_refit(
             "markersize": 3,
             "linewidth": 0.9,
             "marker": style.MARKERS[curve_index % len(style.MARKERS)],
-            "linestyle": style.LINES["fit"],
+            "linestyle": style.LINE_STYLES["fit"],
             "markevery": symbol_indices,
         }
         oil_and_label: style.Look = {
@@ -279,7 +279,7 @@ def _draw_refit(
             panel.line("printed", x, printed_mu, _comparison_look(), **oil_and_label)
             largest_mu = max(largest_mu, printed_mu.max())
     for start, end in _intervals_where(x, is_beyond_tests):
-        panel.axis.axvspan(start, end, color=style.EXTRAPOLATED, linewidth=0, zorder=0)
+        panel.axis.axvspan(start, end, color=style.EXTRAPOLATED_COLOUR, linewidth=0, zorder=0)
     panel.axis.set_xlim(x.min(), x.max())
     # numbers of neighbouring panels must not meet
     panel.axis.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
@@ -329,7 +329,7 @@ def _draw_truth(
 
 def _comparison_look() -> style.Look:
     """Look of what the refit is compared with."""
-    return {"color": "black", "linestyle": style.LINES["printed"], "linewidth": 0.7}
+    return {"color": "black", "linestyle": style.LINE_STYLES["printed"], "linewidth": 0.7}
 
 
 def _intervals_where(x: FloatArray, is_true: Any) -> Iterator[tuple[float, float]]:
@@ -377,7 +377,7 @@ _UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
 _NO_WANG_DENG = "no Wang-Deng law could be fitted"
 # Line style by the entry of the legend; Eq. 7 has one of its own.
-_LINESTYLE_OF_SERIES = {"fit": "-", "left out": style.LINES["left out"], "Eq. 7": ":"}
+_LINESTYLE_OF_SERIES = {"fit": "-", "left out": style.LINE_STYLES["left out"], "Eq. 7": ":"}
 
 
 @register(
@@ -423,7 +423,7 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
             oil_handles.append(style.line_handle("\n".join(label_lines), **look))
     for panel in (zero_slip_panel, left_out_panel):
         if not panel.axis.lines:
-            panel.say(_NO_WANG_DENG)
+            panel.write_message(_NO_WANG_DENG)
     for axis in (near_zero_axis, error_axis):
         axis.axhline(0, color="black", linewidth=0.6)
         axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
@@ -504,7 +504,7 @@ def _draw_zero_slip(
         zorder=4 + (not fit_by_law[chosen_law_name]["certified"]),
     )
     # `near_zero_axis` shows it; this adds it to the table `drawn`
-    panel.keep("zero slip", 0.0, mu[0], **oil_and_label)
+    panel.record("zero slip", 0.0, mu[0], **oil_and_label)
     return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
 
 
@@ -617,9 +617,9 @@ def _draw_measured(
 ) -> _DrawnCurve:
     """Draw a curve as measured."""
     curve = _with_positive_slip(results.points.query("accepted and run_id == @run_id"))
-    symbol_look = symbol_of(fit, list(settings.oils))
+    symbol_look = oil_symbol(fit, list(settings.oils))
     x, y = curve["slide_roll_ratio"], curve["traction_coefficient"]
-    half_interval = style.SE_DRAWN * curve["traction_coefficient_se"]
+    half_interval = style.BAR_HALF_LENGTH_SE * curve["traction_coefficient_se"]
     dot_look: style.Look = {
         "color": symbol_look["color"],
         "marker": ".",
@@ -649,7 +649,7 @@ def _fitted_curve(
     fit: FitRow, curve: pd.DataFrame, results: CampaignTables, settings: Settings
 ) -> tuple[FloatArray, FloatArray]:
     """Slip and mu of a fit at the mean conditions of a curve, between its plateaus as well."""
-    law = laws_of(fit["oil"], settings)[fit["law"]]
+    law = laws_of_oil(fit["oil"], settings)[fit["law"]]
     fitted = FittedLaw.from_tables(results.coefficients, fit["oil"], law=law)
     # close enough together for the detail
     slip = np.linspace(0, 1, 301) ** 2 * float(curve["slide_roll_ratio"].max())

@@ -25,8 +25,15 @@ from oilfilm.base.labels import aligned_arguments
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import condition_level_numbers
 from oilfilm.fits.fit import fit_oil
-from oilfilm.fits.fitted import INTERVALS, SLIP, FittedLaw, Prediction, in_unit, refuse_impossible
-from oilfilm.fits.soundness import verdict_of_fit
+from oilfilm.fits.fitted import (
+    INTERVAL_COLUMNS,
+    SLIP,
+    FittedLaw,
+    Prediction,
+    in_column_unit,
+    refuse_impossible_values,
+)
+from oilfilm.fits.soundness import soundness_row
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.fits.surface_sentences import surface_sentences
@@ -107,8 +114,8 @@ class ArrayFit:
         """
         constant_names = [constant.name for constant in self.law.law.constants]
         refits = pd.DataFrame(self.law.coefficients.refits, columns=constant_names)
-        fitted_names = [name for name in constant_names if name in self.constants.index]
-        return refits[fitted_names].corr()
+        fitted_constant_names = [name for name in constant_names if name in self.constants.index]
+        return refits[fitted_constant_names].corr()
 
     @property
     def r_squared(self) -> float:
@@ -135,7 +142,7 @@ class ArrayFit:
         (quality,) = tables.rows(self.tables.fit_quality)
         fit = FittedLaw.from_results(self.tables, _UNNAMED_OIL)
         config = read_config(CONFIG).model_copy(update={"fit": self.settings})
-        return verdict_of_fit(quality, fit, self.campaign_points, config)
+        return soundness_row(quality, fit, self.campaign_points, config)
 
     @property
     def verdict(self) -> str:
@@ -222,7 +229,7 @@ class ArrayFit:
         slip = self.points[SLIP].to_numpy(float)
         predicted = self.law.predict(conditions, slip)
         fitted_mu = self.law.without_interval().predict(conditions, slip).traction_coefficient
-        intervals = {name: getattr(predicted, name) for name in INTERVALS}
+        intervals = {name: getattr(predicted, name) for name in INTERVAL_COLUMNS}
         frame = self.points.assign(fitted=fitted_mu, **intervals)
         return frame.assign(residual=frame[_MU] - frame["fitted"])
 
@@ -409,7 +416,7 @@ def fit(
         arguments["curve"] = curve
     arguments, _ = aligned_arguments(arguments)
     curve = arguments.pop("curve", None)
-    arrays = [in_unit(value, name) for name, value in arguments.items()]
+    arrays = [in_column_unit(value, name) for name, value in arguments.items()]
     try:
         broadcast_arrays = np.broadcast_arrays(*arrays)
     except ValueError as error:
@@ -551,7 +558,7 @@ def _refuse_missing_or_impossible(values: npt.NDArray[np.float64], column_name: 
             f"{column_name}: {len(gap_indices)} of {len(values)} points have no number, the first "
             f"is number {gap_indices[0] + 1} ({values[gap_indices[0]]}). Leave these points out."
         )
-    refuse_impossible(values, column_name)
+    refuse_impossible_values(values, column_name)
 
 
 def _with_systematic_errors(points: pd.DataFrame, calibration: Calibration) -> pd.DataFrame:
@@ -579,4 +586,4 @@ def _campaign_points(points: pd.DataFrame) -> pd.DataFrame:
     accepted_points = points.assign(
         oil=_UNNAMED_OIL, accepted=True, n_samples=1, first_row=point_number
     )
-    return tables.filled(accepted_points, "points", "the table")
+    return tables.filled_table(accepted_points, "points", "the table")

@@ -377,7 +377,7 @@ def _source_of_folder(folder: Path, rig_name: str, settings_folder: Path) -> _So
         )
     data_kind = "SIMULATED" if footer.get("data") == "simulated" else str(footer.get("data"))
     return _Source(
-        CampaignTables.in_folder(folder),
+        CampaignTables.from_folder(folder),
         resolve(settings_folder, {"campaign": campaign_name}),
         str(folder),
         f"as fitted in campaign {campaign_name}, {data_kind} data",

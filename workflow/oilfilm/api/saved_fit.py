@@ -17,7 +17,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.home import CONFIG
 from oilfilm.exports.campaign import export_campaign, export_oil
 from oilfilm.exports.description import describe, make_identifiers
-from oilfilm.fits.soundness import finished_fits
+from oilfilm.fits.soundness import finished_fit_tables
 from oilfilm.logs.base import SET_POINT_KEYS
 from oilfilm.report.html import html_report
 from oilfilm.report.sections.build import (
@@ -114,9 +114,9 @@ def as_campaign(
         for table_name in (*FIT_TABLES, *SURFACE_TABLES)
     }
     runs = _runs_table(fit, campaign_name)
-    fit_tables = CampaignTables.in_memory(points=fit.campaign_points, runs=runs, **table_by_name)
+    fit_tables = CampaignTables.from_frames(points=fit.campaign_points, runs=runs, **table_by_name)
     settings = _settings_of_table(fit, campaign_name)
-    fit_tables = fit_tables.replace(**finished_fits(fit_tables, settings))
+    fit_tables = fit_tables.replace(**finished_fit_tables(fit_tables, settings))
     source_file = Path(fit.source)
     provenance = {
         # a campaign has digests here; the settings of this fit are arguments of a call
@@ -137,7 +137,7 @@ def _runs_table(fit: ArrayFit, campaign_name: str) -> pd.DataFrame:
     runs = runs.reset_index().assign(
         campaign=campaign_name, oil=fit.oil, rig="unknown", verdict="accepted", file=fit.source
     )
-    return tables.filled(runs, "runs", "the table")
+    return tables.filled_table(runs, "runs", "the table")
 
 
 def _settings_of_table(fit: ArrayFit, campaign_name: str) -> Settings:

@@ -18,7 +18,12 @@ from oilfilm.cli.arguments import results_and_footer, typed_conditions, typed_qu
 from oilfilm.cli.plot_file import refuse_plot, write_plot
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import MeasuredOil, Obstacle, OilPair, oil_pair, read_oil
-from oilfilm.fits.side_by_side import MU_COLUMNS, RATIO_COLUMNS, middle_of_tested, side_by_side
+from oilfilm.fits.side_by_side import (
+    MU_COLUMNS,
+    RATIO_COLUMNS,
+    comparison_conditions,
+    comparison_table,
+)
 from oilfilm.fits.support_sentences import why_no_support
 from oilfilm.surface.reduction import box_of
 from oilfilm.surface.support import Support
@@ -59,7 +64,7 @@ def run(options: argparse.Namespace) -> int:
     refuse_plot(options.plot)
     fit_by_name = read_fits(options.folders, options.oil)
     law_by_name = {name: fit.measured_oil.fit for name, fit in fit_by_name.items()}
-    conditions = middle_of_tested(law_by_name, typed_conditions(options))
+    conditions = comparison_conditions(law_by_name, typed_conditions(options))
     largest_slip = min(float(law.coefficients.tested_box[-1, 1]) for law in law_by_name.values())
     slips = [typed_quantity(slip, "dimensionless", "--slip") for slip in options.slip or ()]
     if not slips:
@@ -68,7 +73,7 @@ def run(options: argparse.Namespace) -> int:
     pair_by_name = {
         name: oil_pair(first_fit.measured_oil, fit.measured_oil) for name, fit in other_fits
     }
-    comparison = side_by_side(law_by_name, conditions, slips, pair_by_name)
+    comparison = comparison_table(law_by_name, conditions, slips, pair_by_name)
     lines = chain(
         _lines_of_origins(fit_by_name),
         _lines_of_mu(comparison, conditions, list(law_by_name)),
@@ -78,7 +83,7 @@ def run(options: argparse.Namespace) -> int:
     print("\n".join(lines))
     if options.plot:
         drawn_slips = np.linspace(0, largest_slip, _POINTS_PER_DRAWN_CURVE + 1)[1:]
-        curves = side_by_side(law_by_name, conditions, drawn_slips, pair_by_name)
+        curves = comparison_table(law_by_name, conditions, drawn_slips, pair_by_name)
         has_simulated_data = any(fit.is_simulated for fit in fit_by_name.values())
         # imported here, because it needs matplotlib
         from oilfilm.cli.compare_plot import comparison_figure  # noqa: PLC0415
@@ -102,7 +107,7 @@ def read_fits(folders: Sequence[Path], oil_names: Sequence[str] | None) -> dict[
     fit_by_name = {}
     for typed_folder in folders:
         folder, footer = results_and_footer(typed_folder)
-        coefficients = CampaignTables.in_folder(folder).configured.coefficients
+        coefficients = CampaignTables.from_folder(folder).configured_fits.coefficients
         for oil_name in map(str, coefficients["oil"].unique()):
             constants = coefficients[coefficients["oil"] == oil_name]
             is_fitted = constants["value"].notna().any()
@@ -224,7 +229,7 @@ def _table_by_slip(
     """Values as text: one row per slide-roll ratio, one column per fit.
 
     Args:
-        comparison: Rows of `side_by_side`.
+        comparison: Rows of `comparison_table`.
         fit_names: Names of the fits that get a column.
         cell_text: Function of a row that returns the text of its cell.
     """

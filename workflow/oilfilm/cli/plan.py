@@ -13,7 +13,7 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
 from oilfilm.cli.arguments import results_and_footer, typed_quantity
 from oilfilm.cli.parser import DUTY_EXAMPLE
-from oilfilm.fits.measured_curves import uncertainties, uncertainty
+from oilfilm.fits.measured_curves import rms_uncertainty, uncertainties
 from oilfilm.settings.resolve import named_content, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -76,7 +76,7 @@ def run(options: argparse.Namespace) -> int:
         options.results = results_folder
     results_folder, footer = results_and_footer(options.results)
     settings = resolve(settings_folder, {"campaign": footer["campaign"]})
-    results = CampaignTables.in_folder(results_folder)
+    results = CampaignTables.from_folder(results_folder)
     texts, reasons = _plans_of_runs(options, results, settings, str(results_folder))
     if options.target == _CAMPAIGN_TARGET:
         _refuse_options_of_tests(options, "--for campaign plans no tests")
@@ -123,7 +123,7 @@ def _plans_of_tests(
     """Plans of tests as texts, one per oil and target, and the reasons for missing plans."""
     texts: list[str] = []
     reasons: list[str] = []
-    fitted_oils = set(results.configured.coefficients["oil"])
+    fitted_oils = set(results.configured_fits.coefficients["oil"])
     fitted_oil_names = [oil_name for oil_name in settings.oils if oil_name in fitted_oils]
     for oil_name in _chosen_oils(options, fitted_oil_names, f"{results_folder}: no fit of oil"):
         try:
@@ -329,11 +329,11 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         f"{_uncertainty_text(target, plan.design.uncertainty_before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
-    if information.calibration.any():
+    if information.calibration_uncertainties.any():
         precision, gradients = information.without_calibration(
             information.precision, plan.gradients
         )
-        with_exact_sensors = _uncertainty_text(target, float(uncertainty(precision, gradients)))
+        with_exact_sensors = _uncertainty_text(target, float(rms_uncertainty(precision, gradients)))
         what_is_left = "the rest is their calibration, which all tests on this rig share"
         yield f"With exact sensors it would be {with_exact_sensors}: {what_is_left}."
     else:

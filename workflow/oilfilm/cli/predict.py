@@ -14,7 +14,7 @@ from oilfilm.base import studies
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli.arguments import json_line, results_and_footer, typed_conditions, typed_quantity
 from oilfilm.cli.parser import CONDITION_OPTIONS
-from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible
+from oilfilm.fits.fitted import SLIP, FittedLaw, read_fit, refuse_impossible_values
 from oilfilm.fits.support_sentences import why_no_support
 from oilfilm.fits.surface_sentences import next_rig_sentences
 
@@ -62,7 +62,7 @@ def prediction(
     operating_point, pressure_sentences = _with_pressure(fitted_law, operating_point)
     _refuse_other_conditions(fitted_law, oil_name, operating_point)
     for column, value in operating_point.items():
-        refuse_impossible(np.array([value]), column)
+        refuse_impossible_values(np.array([value]), column)
     slip = np.array([operating_point[SLIP]])
     law_columns = fitted_law.law.conditions
     conditions = np.array([[operating_point.get(column, np.nan) for column in law_columns]])
@@ -128,7 +128,7 @@ def _with_pressure(
     if _LOAD_COLUMN not in new_point or law_takes_load or _PRESSURE_COLUMN in new_point:
         return new_point, []
     load_n = new_point.pop(_LOAD_COLUMN)
-    refuse_impossible(np.array([load_n]), _LOAD_COLUMN)
+    refuse_impossible_values(np.array([load_n]), _LOAD_COLUMN)
     load_at_1_gpa = np.nan
     if fitted_law.surface is not None:
         load_at_1_gpa = fitted_law.surface.contact.load_at_1_gpa

@@ -87,7 +87,7 @@ def gate_counts(runs: pd.DataFrame, points: pd.DataFrame, quarantine: pd.DataFra
     quarantined = quarantine.assign(points=0, runs_refused=is_refused_run.astype(int))
     refusals = pd.concat([quarantined, refused_points])
     if refusals.empty:
-        return tables.empty("gate_counts")
+        return tables.empty_table("gate_counts")
     is_by_plateau_gate = refusals["rule"].isin(_PLATEAU_GATE_NAMES)
     is_by_curation = refusals["stage"] == "curate"
     # a file that cannot be read has no run

@@ -772,7 +772,7 @@ def curate_parts(
             curate_samples(samples_of_runs, runs[runs["run_id"].isin(run_ids)], rig_kind)
         )
     curated_parts.append(
-        curate_samples(tables.empty("samples"), runs.loc[ids_without_rows.index], rig_kind)
+        curate_samples(tables.empty_table("samples"), runs.loc[ids_without_rows.index], rig_kind)
     )
     quarantine = [ingested.quarantine, *(curated_part.quarantine for curated_part in curated_parts)]
     return CuratedTables(
@@ -1019,7 +1019,7 @@ def collect(
         settings: Settings of the campaign.
         rig_class: The class of the kind of rig.
     """
-    campaign_tables = CampaignTables.in_memory(
+    campaign_tables = CampaignTables.from_frames(
         points=curated.points, runs=curated.runs, quarantine=curated.quarantine
     )
     compared = compare_runs(campaign_tables, settings, rig_class)
@@ -1192,7 +1192,7 @@ def _table_of_plateaus(
         rig_kind: The kind of rig, with its settings.
     """
     if not plateaus_of_run:
-        return tables.empty(rig_kind.table_name)
+        return tables.empty_table(rig_kind.table_name)
     all_plateaus = list(plateaus_of_run.values())
     plateau_counts = [len(plateaus["time_s"]) for plateaus in all_plateaus]
     columns_of_runs = runs.loc[list(plateaus_of_run), list(rig_kind.run_columns)].reset_index()

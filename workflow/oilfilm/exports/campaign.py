@@ -46,7 +46,14 @@ from oilfilm.exports.description import (
     number_or_none,
     plain_text,
 )
-from oilfilm.exports.languages import C_LANGUAGE, FORTRAN, MATLAB, MODELICA, PYTHON, TEMPLATES
+from oilfilm.exports.languages import (
+    C_LANGUAGE,
+    FORTRAN,
+    MATLAB,
+    MODELICA,
+    PYTHON,
+    TEMPLATE_ENVIRONMENT,
+)
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.report.spreadsheet import csv_text
 from oilfilm.settings.resolved import Settings
@@ -69,11 +76,11 @@ _SPREADSHEET_FORMS = {name: Form(f"{name.upper()}({{}})") for name in _FUNCTIONS
     "expm1": Form(_EXPM1, 5, (5,)),
     "log1p": Form(_LOG1P, 5, (5,)),
 }
-_IMPOSSIBLE = "IMPOSSIBLE: above the limiting shear stress of the oil"
+_ABOVE_LIMIT_TEXT = "IMPOSSIBLE: above the limiting shear stress of the oil"
 _FIXED_TIME = datetime.datetime(1980, 1, 1)  # in place of the clock
 _TIME_FORMAT = "%Y-%m-%dT%H:%M:%SZ"
-_BOLD = Font(bold=True)
-_TITLE = Font(bold=True, size=14)
+_BOLD_FONT = Font(bold=True)
+_TITLE_FONT = Font(bold=True, size=14)
 _INPUT_COLOUR = PatternFill("solid", fgColor="FFF2CC")
 _COLUMN_LETTERS = "ABCDEFGH"
 _COLUMN_WIDTHS = (12, 18, 16, 16, 16, 16, 16, 16)  # in characters
@@ -94,7 +101,7 @@ def workbook(description: Description) -> bytes:
     _fill_sheet(book.active, description)
     for letter, width in zip(_COLUMN_LETTERS, _COLUMN_WIDTHS, strict=True):
         book.active.column_dimensions[letter].width = width
-    return _fixed_bytes(book)
+    return _reproducible_bytes(book)
 
 
 def _add_row(sheet: Any, *values: Any, font: Font | None = None) -> int:
@@ -116,22 +123,22 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
     No text begins with a name or sentence of the campaign, because it could be a formula.
     """
     _add_head(sheet, description)
-    cell_of_name, outside_count = _add_inputs(sheet, description)
+    cell_of_name, outside_count_formula = _add_inputs(sheet, description)
     _add_row(sheet, None)
     mu_row = _add_row(
-        sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE
+        sheet, "mu", None, "1", "traction force over load, of the sign of S", font=_TITLE_FONT
     )
     inside_formula = (
-        f'IF(ABS(B{mu_row})>{description.limiting_stress_ratio!r},"{_IMPOSSIBLE}",'
+        f'IF(ABS(B{mu_row})>{description.limiting_stress_ratio!r},"{_ABOVE_LIMIT_TEXT}",'
         '"inside the tested box")'
     )
     outside_formula = '"EXTRAPOLATED: outside the tested box"'
-    _add_row(sheet, "range", f"=IF({outside_count}=0,{inside_formula},{outside_formula})")
+    _add_row(sheet, "range", f"=IF({outside_count_formula}=0,{inside_formula},{outside_formula})")
     _add_row(sheet, NOT_MARKED)
     _add_row(sheet, None)
     cell_of_name |= _add_constants(sheet, description)
     _add_row(sheet, None)
-    _add_row(sheet, "Steps", font=_BOLD)
+    _add_row(sheet, "Steps", font=_BOLD_FONT)
     spreadsheet_language = Language(_SPREADSHEET_FORMS, write_name=lambda name: cell_of_name[name])
     for name, expression_of_step in description.steps(constants_by_name=True):
         step_row = _add_row(sheet, name, f"={spreadsheet_language.write(expression_of_step)}")
@@ -149,8 +156,10 @@ def _fill_sheet(sheet: Any, description: Description) -> None:
 
 def _add_head(sheet: Any, description: Description) -> None:
     """Write the oil, the origin of the constants, the quality of the fit and the law."""
-    _add_row(sheet, f"Traction coefficient of the oil {plain_text(description.oil)}", font=_TITLE)
-    _add_row(sheet, description.origin, font=_BOLD)
+    _add_row(
+        sheet, f"Traction coefficient of the oil {plain_text(description.oil)}", font=_TITLE_FONT
+    )
+    _add_row(sheet, description.origin, font=_BOLD_FONT)
     for line in (*description.fit_sentences, *description.law_sentences):
         _add_row(sheet, line)
     if description.where_known:
@@ -164,9 +173,9 @@ def _add_inputs(sheet: Any, description: Description) -> tuple[dict[str, str], s
     Returns:
         The cell of each argument by name, and a formula for the number of arguments outside.
     """
-    _add_row(sheet, "Type numbers into the yellow cells", font=_BOLD)
+    _add_row(sheet, "Type numbers into the yellow cells", font=_BOLD_FONT)
     headings = ("symbol", "value", "unit", "tested from", "to", "", "meaning")
-    heading_row = _add_row(sheet, *headings, font=_BOLD)
+    heading_row = _add_row(sheet, *headings, font=_BOLD_FONT)
     cell_of_name = {}
     for argument in (*description.arguments, description.slip_variable):
         lower, upper = argument.tested
@@ -203,10 +212,10 @@ def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
     Returns:
         The cell of each constant by name.
     """
-    _add_row(sheet, "Constants (power law of each coefficient)", font=_BOLD)
+    _add_row(sheet, "Constants (power law of each coefficient)", font=_BOLD_FONT)
     law = description.law
     exponents = [exponent_meaning(law, group) for group in law.groups]
-    _add_row(sheet, "", "at the reference", *exponents, font=_BOLD)
+    _add_row(sheet, "", "at the reference", *exponents, font=_BOLD_FONT)
     cell_of_name = {}
     for coefficient in law.coefficient_names:
         names = [f"{coefficient}{number}" for number in range(len(exponents) + 1)]
@@ -217,7 +226,7 @@ def _add_constants(sheet: Any, description: Description) -> dict[str, str]:
     return cell_of_name
 
 
-def _fixed_bytes(book: Workbook) -> bytes:
+def _reproducible_bytes(book: Workbook) -> bytes:
     """The workbook without the clock, and uncompressed: another zlib gives other bytes."""
     saved_file = io.BytesIO()
     fixed_file = io.BytesIO()
@@ -491,7 +500,7 @@ class _ExportForm(NamedTuple):
 
 # Forms of export by name. Each needs all coefficients of the law. CSV and JSON do not, and are not
 # here.
-FORMS = {
+EXPORT_FORMS = {
     "Python": _ExportForm(
         "traction_*.py", "Python", "import it; needs NumPy; arrays too", PYTHON.source
     ),
@@ -578,7 +587,7 @@ def export_oil(description: Description, provenance: Mapping[str, Any]) -> dict[
     file_of_form = {"CSV": csv_file}
     obstacle_of_form = {}
     content_of_file: dict[str, str | bytes] = {csv_file: constants_csv(description)}
-    for form_name, form in FORMS.items():
+    for form_name, form in EXPORT_FORMS.items():
         obstacle = description.obstacle
         if not obstacle and form_name == "ADORE":
             obstacle = adore_obstacle(description)
@@ -608,10 +617,10 @@ def _readme_page(descriptions: Sequence[Description], text_below: str) -> str:
                 "depends": _variables_of_mu(description),
             }
         )
-    return TEMPLATES.get_template("README.md.jinja").render(
+    return TEMPLATE_ENVIRONMENT.get_template("README.md.jinja").render(
         origins=dict.fromkeys(description.origin for description in descriptions),
         oils=rows,
-        forms=FORMS.values(),
+        forms=EXPORT_FORMS.values(),
         below=text_below,
     )
 

@@ -23,8 +23,8 @@ from oilfilm.base.units import FloatArray
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.soundness_sentences import soundness_warnings
-from oilfilm.fits.surface_sentences import misfit_beside_scatter
-from oilfilm.report.captions import credit
+from oilfilm.fits.surface_sentences import misfit_sentence
+from oilfilm.report.captions import credit_in_brackets
 from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -129,7 +129,7 @@ class LawVariable:
 
 
 @dataclass(frozen=True)
-class Published:
+class PublishedSource:
     """Where published constants come from, and what is not known of them.
 
     Attributes:
@@ -147,7 +147,7 @@ class Description:
 
     Attributes:
         oil: Name of the oil as in the configuration, untrusted.
-        identifier: Its name in file names and make_identifiers.
+        identifier: Its name in names of files and in code, as `make_identifiers` gives it.
         campaign: The campaign behind the fit; None where the constants are published ones.
         fitted: The law with its constants.
         law_variables: One variable for each group of the law, in the law's order.
@@ -168,7 +168,7 @@ class Description:
     quality: Mapping[str, Any] | None
     adore_points: tuple[Mapping[str, float], ...]
     misfit_and_scatter: tuple[float, float] = (math.nan, math.nan)
-    published: Published | None = None
+    published: PublishedSource | None = None
 
     @property
     def law(self) -> Law:
@@ -365,7 +365,7 @@ class Description:
         campaign = required_value(self.campaign, "campaign", "the description of a fit")
         data = "SIMULATED DATA, not for design"
         if campaign.data == "measured":
-            data = plain_text(f"Measured data{credit(campaign)}")
+            data = plain_text(f"Measured data{credit_in_brackets(campaign)}")
         return f"{data}. Campaign {plain_text(campaign.name)}: {plain_text(campaign.description)}"
 
     @property
@@ -379,7 +379,7 @@ class Description:
                 f"Fit: {quality['n_points']} points of {quality['n_curves']} runs, rms error of mu "
                 f"{quality['rmse']:.2g}; {self.certificate_sentence}"
             ]
-            misfit = misfit_beside_scatter(*self.misfit_and_scatter)
+            misfit = misfit_sentence(*self.misfit_and_scatter)
             if misfit:
                 sentences.append(plain_text(misfit))
         return sentences + [

@@ -19,7 +19,7 @@ _EXPRESSION_WIDTH = 88  # leaves room for indentation within Fortran's 132 colum
 _NUMPY_FUNCTIONS = ("exp", "expm1", "log", "log1p", "sqrt", "tanh", "abs", "sign")
 _LABEL_OF_DATA = {"simulated": ", SIMULATED DATA", "printed": ", PRINTED CONSTANTS", "measured": ""}
 
-TEMPLATES = Environment(
+TEMPLATE_ENVIRONMENT = Environment(
     loader=PackageLoader("oilfilm.exports"),
     undefined=StrictUndefined,
     trim_blocks=True,
@@ -28,7 +28,7 @@ TEMPLATES = Environment(
     autoescape=False,  # noqa: S701 - source code, whose names and texts `plain_text` has cleaned
 )
 # For pages in Markdown, where HTML has an effect.
-TEMPLATES.filters["shown"] = partial(html.escape, quote=False)
+TEMPLATE_ENVIRONMENT.filters["shown"] = partial(html.escape, quote=False)
 
 
 class _SiInput(NamedTuple):
@@ -95,12 +95,12 @@ class TargetLanguage:
 
     Attributes:
         template: File of its template, without `.jinja`.
-        language: Forms of expressions.
+        expression_forms: How the language writes expressions.
         line_break: Text between two lines of one expression.
     """
 
     template: str
-    language: Language
+    expression_forms: Language
     line_break: str = "\n        "
 
     def source(self, description: Description) -> str:
@@ -108,7 +108,7 @@ class TargetLanguage:
         steps = description.steps()
         used_functions = function_names([value for _, value in steps])
         arguments = description.arguments
-        return TEMPLATES.get_template(f"{self.template}.jinja").render(
+        return TEMPLATE_ENVIRONMENT.get_template(f"{self.template}.jinja").render(
             name=description.identifier,
             oil=plain_text(description.oil),
             data_label=_LABEL_OF_DATA[description.kind_of_data],
@@ -123,7 +123,10 @@ class TargetLanguage:
             f"{description.limiting_stress_ratio:g}, the oil's limiting shear stress over the "
             "pressure",
             steps=[
-                (self.language.write_name(name), self._wrapped(self.language.write(value)))
+                (
+                    self.expression_forms.write_name(name),
+                    self._wrapped(self.expression_forms.write(value)),
+                )
                 for name, value in steps
             ],
             needs=lambda *names: not used_functions.isdisjoint(names),
@@ -162,7 +165,7 @@ class TargetLanguage:
 
     def _number(self, value: float | None) -> str:
         """A number as the language writes it; the text `None` where it is unknown."""
-        return repr(value) if value is None else self.language.write_number(value)
+        return repr(value) if value is None else self.expression_forms.write_number(value)
 
 
 def _result_sentence(description: Description, no_value: str) -> str:

@@ -20,23 +20,23 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import first_smallest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.interval import CONFIDENCE, student_quantile
+from oilfilm.fits.interval import CONFIDENCE, student_half_width
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # From fewer curves the error of a difference is not estimated: one degree of freedom and less.
 FEWEST_CURVES = 3
-_MEASURED = "traction_coefficient_measured"
+_MEASURED_MU = "traction_coefficient_measured"
 # Two laws are the same law on the points where their fitted mu differ by less than this share of
 # the standard error of a fit, root-mean-square over the points. Four of sixteen constants that mean
 # nothing move mu by sqrt(4/16) of it, in expectation. In `demo` and `thermal` the law on load and
 # Eq. 7 differ by 0.2 to 0.3; the next pair of laws differs by 0.6.
-_SAME_WITHIN = 0.5
+_SAME_LAW_SHARE = 0.5
 
 # By the name of the law: its mu at the points beside the measured mu, in the order of run and row.
 _MuByLaw = Mapping[str, pd.DataFrame]
 # Columns that name a point.
-_POINT_KEY = ["run_id", "first_row"]
-_MU_OF_LAW = ["traction_coefficient", "left_out_traction_coefficient"]
+_POINT_KEY_COLUMNS = ["run_id", "first_row"]
+_LAW_MU_COLUMNS = ["traction_coefficient", "left_out_traction_coefficient"]
 
 
 @dataclass(frozen=True)
@@ -48,13 +48,13 @@ class Ranking:
         tied_law_names: Names of the laws that differ from it by no more than the uncertainty, the
             best law first.
         difference: Criterion of the configured law less that of the best law, 0 or more.
-        error: Half width of the 95 % interval of this difference.
+        difference_half_width: Half width of the 95 % interval of this difference.
     """
 
     best_law_name: str
     tied_law_names: Sequence[str]
     difference: float
-    error: float
+    difference_half_width: float
 
 
 def best_laws(results: CampaignTables, bic_difference_min: float) -> pd.DataFrame:
@@ -69,9 +69,9 @@ def best_laws(results: CampaignTables, bic_difference_min: float) -> pd.DataFram
     for fit in tables.rows(quality[quality["configured"]]):
         quality_of_oil = quality[quality["oil"] == fit["oil"]]
         mu_by_law = _mu_by_law(results, fit["oil"], quality_of_oil["law"])
-        verdict = _verdict(fit["law"], quality_of_oil, mu_by_law, bic_difference_min)
+        verdict = _verdict_columns(fit["law"], quality_of_oil, mu_by_law, bic_difference_min)
         rows.append({"oil": fit["oil"], "law": fit["law"], **verdict})
-    return tables.filled(pd.DataFrame(rows), "law_verdicts")
+    return tables.filled_table(pd.DataFrame(rows), "law_verdicts")
 
 
 def _mu_by_law(results: CampaignTables, oil: str, law_names: Iterable[str]) -> _MuByLaw:
@@ -80,19 +80,21 @@ def _mu_by_law(results: CampaignTables, oil: str, law_names: Iterable[str]) -> _
     Laws are read one by one, and the name of each run is kept once: the points of all laws would be
     the largest table of a campaign.
     """
-    measured_mu = results.table("points", [*_POINT_KEY, "traction_coefficient"], oil=oil)
-    measured_mu = measured_mu.rename(columns={"traction_coefficient": _MEASURED})
+    measured_mu = results.table("points", [*_POINT_KEY_COLUMNS, "traction_coefficient"], oil=oil)
+    measured_mu = measured_mu.rename(columns={"traction_coefficient": _MEASURED_MU})
     run_ids = pd.Index(sorted(measured_mu["run_id"].unique()))
     measured_mu = _with_numbered_runs(measured_mu, run_ids)
     mu_by_law = {}
     for law_name in law_names:
         points_of_law = results.table(
-            "law_points", [*_POINT_KEY, *_MU_OF_LAW], oil=oil, law=law_name
+            "law_points", [*_POINT_KEY_COLUMNS, *_LAW_MU_COLUMNS], oil=oil, law=law_name
         )
         if points_of_law.empty:
             continue
-        mu_of_law = _with_numbered_runs(points_of_law, run_ids).merge(measured_mu, on=_POINT_KEY)
-        mu_by_law[law_name] = mu_of_law.sort_values(_POINT_KEY, ignore_index=True)
+        mu_of_law = _with_numbered_runs(points_of_law, run_ids).merge(
+            measured_mu, on=_POINT_KEY_COLUMNS
+        )
+        mu_by_law[law_name] = mu_of_law.sort_values(_POINT_KEY_COLUMNS, ignore_index=True)
     return mu_by_law
 
 
@@ -103,14 +105,14 @@ def _with_numbered_runs(points: pd.DataFrame, run_ids: "pd.Index[str]") -> pd.Da
         points: With `run_id`.
         run_ids: Names of all runs, sorted.
     """
-    name_of_point, distinct_run_ids = pd.factorize(points["run_id"])
+    run_of_point, distinct_run_ids = pd.factorize(points["run_id"])
     categories = pd.Categorical.from_codes(
-        run_ids.get_indexer(distinct_run_ids)[name_of_point], run_ids
+        run_ids.get_indexer(distinct_run_ids)[run_of_point], run_ids
     )
     return points.assign(run_id=categories)
 
 
-def _verdict(
+def _verdict_columns(
     configured_name: str, quality: pd.DataFrame, mu_by_law: _MuByLaw, bic_difference_min: float
 ) -> dict[str, Any]:
     """The columns of `law_verdicts` of one oil.
@@ -157,7 +159,7 @@ def _verdict(
     # the differences have the error of Vuong's statistic (Econometrica 57 (1989) 307, section 5)
     bic_without_curve = point_count * np.log(fitted_sse.sum() - fitted_sse)
     by_bic = _ranking(preferred_names, comparable["bic"], bic_without_curve, bic_difference_min)
-    rms_mu = float(np.sqrt(np.mean(points_of_law[_MEASURED] ** 2)))
+    rms_mu = float(np.sqrt(np.mean(points_of_law[_MEASURED_MU] ** 2)))
     verdict, better_name = _judgement(configured_name, by_left_out, by_bic, comparable)
     return {
         "verdict": verdict,
@@ -170,12 +172,12 @@ def _verdict(
         "best_left_out_relative_rms": quality_by_law["left_out_rmse"][by_left_out.best_law_name]
         / rms_mu,
         "left_out_difference": by_left_out.difference / rms_mu,
-        "left_out_difference_error": by_left_out.error / rms_mu,
+        "left_out_difference_error": by_left_out.difference_half_width / rms_mu,
         "bic_law": by_bic.best_law_name,
         "bic_ties": tuple(by_bic.tied_law_names),
         "bic_difference": by_bic.difference,
-        "bic_difference_error": by_bic.error,
-        "ends_out_law": _best_at_ends(preferred_quality),
+        "bic_difference_error": by_bic.difference_half_width,
+        "ends_out_law": _best_law_at_ends(preferred_quality),
     }
 
 
@@ -190,12 +192,12 @@ def _same_laws(mu_by_law: _MuByLaw, law_names: Sequence[str]) -> dict[str, tuple
         law_name: mu_by_law[law_name]["traction_coefficient"].to_numpy() for law_name in law_names
     }
     errors = {law_name: _error_of_fit(mu_by_law[law_name]) for law_name in law_names}
-    rms_measured_mu = float(np.sqrt(np.mean(mu_by_law[law_names[0]][_MEASURED] ** 2)))
+    rms_measured_mu = float(np.sqrt(np.mean(mu_by_law[law_names[0]][_MEASURED_MU] ** 2)))
 
     def are_same(law_name: str, other_name: str) -> bool:
         """Whether the mu of two laws differ by less than their errors explain."""
         difference = float(np.sqrt(np.mean((fitted_mu[law_name] - fitted_mu[other_name]) ** 2)))
-        limit = _SAME_WITHIN * min(errors[law_name], errors[other_name])
+        limit = _SAME_LAW_SHARE * min(errors[law_name], errors[other_name])
         return bool(reaches(limit, difference, term_size=rms_measured_mu))
 
     same_laws: dict[str, tuple[str, ...]] = {}
@@ -220,7 +222,7 @@ def _error_of_fit(mu_of_law: pd.DataFrame) -> float:
     """
     left_out = mu_of_law["left_out_traction_coefficient"]
     change = left_out - mu_of_law["traction_coefficient"]
-    error = left_out - mu_of_law[_MEASURED]
+    error = left_out - mu_of_law[_MEASURED_MU]
     variance = (change * error).mean(skipna=False)
     # the identity holds for small changes; a fit that jumps may give less than 0
     return float(np.sqrt(max(variance, 0.0))) if np.isfinite(variance) else 0.0
@@ -239,7 +241,7 @@ def _sse_of_curves(mu_by_law: _MuByLaw, law_names: "pd.Index[str]", column: str)
     sse_by_law = {}
     for law_name in law_names.intersection(list(mu_by_law), sort=False):
         mu_of_law = mu_by_law[law_name]
-        squares = (mu_of_law[column] - mu_of_law[_MEASURED]) ** 2
+        squares = (mu_of_law[column] - mu_of_law[_MEASURED_MU]) ** 2
         sums_of_curves = squares.groupby(mu_of_law["run_id"], observed=True).sum(skipna=False)
         sse_by_law[law_name] = sums_of_curves.set_axis(sums_of_curves.index.astype("str"))
     return pd.DataFrame(sse_by_law).dropna(axis=1)
@@ -268,24 +270,24 @@ def _ranking(
     differences_without_curve = criterion_without_curve.sub(
         criterion_without_curve[best_name], axis=0
     )
-    error_by_law = {
-        str(law_name): jackknife_error(replicates.to_numpy())
+    half_width_by_law = {
+        str(law_name): jackknife_half_width(replicates.to_numpy())
         for law_name, replicates in differences_without_curve.items()
     }
     ties = [best_name]
-    for law_name, error in error_by_law.items():
-        limit = max(error, tie_below)
+    for law_name, half_width in half_width_by_law.items():
+        limit = max(half_width, tie_below)
         if law_name != best_name and reaches(
             limit, differences[law_name], term_size=abs(criterion[best_name])
         ):
             ties.append(law_name)
     configured_name = preferred_names[0]
     return Ranking(
-        best_name, ties, float(differences[configured_name]), error_by_law[configured_name]
+        best_name, ties, float(differences[configured_name]), half_width_by_law[configured_name]
     )
 
 
-def jackknife_error(replicates: FloatArray) -> float:
+def jackknife_half_width(replicates: FloatArray) -> float:
     """Half width of the 95 % interval of a statistic, from its values without each curve in turn.
 
     Reference: B. Efron, C. Stein, Ann. Stat. 9 (1981) 586.
@@ -294,15 +296,15 @@ def jackknife_error(replicates: FloatArray) -> float:
         For a mean it is that of Student: for 1, 2, 3, 4 it is t(3) s/sqrt(4), 3.18245 * 1.29099/2
 
         >>> values = np.array([1.0, 2.0, 3.0, 4.0])
-        >>> print(f"{jackknife_error((values.sum() - values) / 3):.4f}")
+        >>> print(f"{jackknife_half_width((values.sum() - values) / 3):.4f}")
         2.0543
     """
     curve_count = len(replicates)
     variance = (curve_count - 1) / curve_count * np.sum((replicates - replicates.mean()) ** 2)
-    return float(student_quantile(CONFIDENCE, curve_count - 1) * np.sqrt(variance))
+    return float(student_half_width(CONFIDENCE, curve_count - 1) * np.sqrt(variance))
 
 
-def _best_at_ends(quality: pd.DataFrame) -> str:
+def _best_law_at_ends(quality: pd.DataFrame) -> str:
     """Name of the law with the least error at end levels left out; empty where none is known.
 
     Args:

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from oilfilm.fits.conditions import fixed_from_text
+from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.traction import ALL_LAWS
 from oilfilm.traction.law import QUANTITIES
 
 _LAW_BY_NAME = {law.name: law for law in ALL_LAWS}
 # By the code in `doubts`; in braces are columns of `fit_quality`. "their" stands for the searches:
 # where errors or constants differ, the sentence on searches that disagree comes first.
-_DOUBTS = {
+_CLAUSE_BY_DOUBT = {
     "searches disagree": "{searches_agreeing} of {searches} searches agree",
     "errors differ": "their SSE differ by {sse_spread:.1e}",
     "constants differ": "their constants differ by {constant_spread:.1e} standard errors",
@@ -25,7 +25,7 @@ _DOUBTS = {
     "at bounds": "bounds reached: {bounds}",
 }
 # By the code in `no_fit`.
-_NO_FIT = {
+_REASON_BY_NO_FIT = {
     "properties unknown": "the law needs the oil's properties and one known contact (config)",
     "conditions did not vary": "the law needs these conditions to vary, independently of the "
     "others: {unvaried}",
@@ -49,23 +49,26 @@ def certificate_sentence(quality_row: Mapping[str, Any]) -> str:
         quality_row: A row of the table `fit_quality`.
     """
     if quality_row["no_fit"]:
-        unvaried = _unvaried_in_words(quality_row)
-        reason = _NO_FIT[quality_row["no_fit"]].format(unvaried=unvaried, **quality_row)
+        unvaried = _unvaried_conditions_text(quality_row)
+        reason = _REASON_BY_NO_FIT[quality_row["no_fit"]].format(unvaried=unvaried, **quality_row)
         return f"not fitted: {reason}"
     if quality_row["certified"]:
-        agreeing, searches = quality_row["searches_agreeing"], quality_row["searches"]
-        return f"certified: {agreeing} of {searches} searches agree"
+        agreeing_count, search_count = quality_row["searches_agreeing"], quality_row["searches"]
+        return f"certified: {agreeing_count} of {search_count} searches agree"
     bounds = ", ".join(quality_row["active_bounds"])
-    doubts = [
-        _DOUBTS[doubt].format(bounds=bounds, **quality_row) for doubt in quality_row["doubts"]
+    doubt_clauses = [
+        _CLAUSE_BY_DOUBT[doubt].format(bounds=bounds, **quality_row)
+        for doubt in quality_row["doubts"]
     ]
-    return f"not certified: {'; '.join(doubts)}"
+    return f"not certified: {'; '.join(doubt_clauses)}"
 
 
-def _unvaried_in_words(quality_row: Mapping[str, Any]) -> str:
+def _unvaried_conditions_text(quality_row: Mapping[str, Any]) -> str:
     """The conditions that must vary for the law of a fit, and did not."""
     law = _LAW_BY_NAME[quality_row["law"]]
-    fixed_names = {fixed.condition for fixed in fixed_from_text(quality_row["fixed_conditions"])}
+    fixed_names = {
+        fixed.condition for fixed in fixed_conditions_from_json(quality_row["fixed_conditions"])
+    }
     condition_varies = np.array([name not in fixed_names for name in law.conditions])
     unvaried_names = law.unvaried_conditions(condition_varies)
     return ", ".join(QUANTITIES[name].short_meaning for name in unvaried_names)

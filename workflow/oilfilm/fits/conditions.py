@@ -25,9 +25,10 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.settings.config import FitSettings, SameConditionSettings
 from oilfilm.traction.law import QUANTITIES
 
-# Least magnitude of a condition where a range is stated as a share of it. Near 0 degC a share of
-# the temperature would mean nothing: with this, 10 % are 2 K or more.
-LEAST_MAGNITUDE = {"inlet_temperature_c": 20.0}
+# Least magnitude of a condition, in the unit of its column, where a range is stated as a share of
+# the magnitude. Near 0 degC a share of the temperature would mean nothing: with this, 10 % are 2 K
+# or more. The conditions that are named here may be 0 or below, and enter without a logarithm.
+LEAST_MAGNITUDES = {"inlet_temperature_c": 20.0}
 
 
 @dataclass(frozen=True)
@@ -54,8 +55,8 @@ class FixedCondition:
         level: Its value where the conditions of `in_step` are at their centre; None where it was
             not measured in every run, or where `line_reaches_zero`.
         within: Largest relative distance from the level or line at which mu is still known.
-        in_step: The followed conditions with which it varied in step; empty where it did not vary,
-            and where `line_reaches_zero`.
+        in_step: The followed conditions with which it varied in step, each with its exponent; empty
+            where it did not vary, and where `line_reaches_zero`.
         line_reaches_zero: Whether it varied in step, and a temperature reached 0 degC. The line is
             a power law, which has no value there.
     """
@@ -113,32 +114,37 @@ class FixedCondition:
         return f"{name} was tested in step with {partners} only: {level}{powers} {within}"
 
 
-_FIXED = TypeAdapter(tuple[FixedCondition, ...])
+# Converts fixed conditions to plain values, and checks their JSON.
+_FIXED_CONDITIONS = TypeAdapter(tuple[FixedCondition, ...])
 
 
-def fixed_to_text(fixed: Sequence[FixedCondition]) -> str:
+def fixed_conditions_to_json(fixed_conditions: Sequence[FixedCondition]) -> str:
     """Fixed conditions as JSON, for the table `fit_quality`; empty where there are none."""
-    return json.dumps(_FIXED.dump_python(tuple(fixed))) if fixed else ""
+    return (
+        json.dumps(_FIXED_CONDITIONS.dump_python(tuple(fixed_conditions)))
+        if fixed_conditions
+        else ""
+    )
 
 
-def fixed_from_text(text: str) -> tuple[FixedCondition, ...]:
+def fixed_conditions_from_json(json_text: str) -> tuple[FixedCondition, ...]:
     """Fixed conditions of a row of the table `fit_quality`.
 
     Raises:
-        OilfilmError: The text is not one that `fixed_to_text` wrote.
+        OilfilmError: The text is not one that `fixed_conditions_to_json` wrote.
     """
-    if not text:
+    if not json_text:
         return ()
     try:
-        return _FIXED.validate_json(text)
+        return _FIXED_CONDITIONS.validate_json(json_text)
     except ValidationError:
         raise OilfilmError(
-            f"fit_quality: fixed_conditions holds {text[:60]!r}; expected the JSON of oilfilm's "
-            "own fits. Refit with this version."
+            f"fit_quality: fixed_conditions holds {json_text[:60]!r}; expected the JSON of "
+            "oilfilm's own fits. Refit with this version."
         ) from None
 
 
-def followed_conditions(
+def followed_condition_mask(
     condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> BoolArray:
     """Whether a fit follows each condition: it does if they varied enough, and independently.
@@ -156,13 +162,13 @@ def followed_conditions(
     Returns:
         Shape (conditions,).
     """
-    is_varied = varied(condition_names, conditions, settings)
+    is_varied = varied_condition_mask(condition_names, conditions, settings)
     has_logarithm = np.all(conditions > 0, axis=0)
-    terms_of_conditions = np.log(conditions, out=conditions.copy(), where=has_logarithm)
+    condition_terms = np.log(conditions, out=conditions.copy(), where=has_logarithm)
     is_followed = np.zeros_like(is_varied)
     for condition_index in np.flatnonzero(is_varied):
         is_followed[condition_index] = True
-        followed_terms = terms_of_conditions[:, is_followed]
+        followed_terms = condition_terms[:, is_followed]
         standardised = (followed_terms - followed_terms.mean(axis=0)) / followed_terms.std(axis=0)
         singular_values = np.linalg.svd(standardised, compute_uv=False)
         # too few curves are one case of conditions in step
@@ -172,7 +178,7 @@ def followed_conditions(
     return is_followed
 
 
-def varied(
+def varied_condition_mask(
     condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> npt.NDArray[np.bool_]:
     """Whether each condition is known of every curve and varied enough.
@@ -189,13 +195,13 @@ def varied(
         return np.zeros(conditions.shape[1], dtype=bool)
     smallest = conditions.min(axis=0)
     largest = conditions.max(axis=0)
-    least_magnitude = [LEAST_MAGNITUDE.get(name, 0.0) for name in condition_names]
+    least_magnitude = [LEAST_MAGNITUDES.get(name, 0.0) for name in condition_names]
     magnitude = np.maximum(np.maximum(np.abs(smallest), np.abs(largest)), least_magnitude)
     is_wide = reaches(largest - smallest, settings.min_relative_range * magnitude)
     return np.asarray((largest > smallest) & is_wide)
 
 
-def incomplete_curves(
+def incomplete_curve_mask(
     condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
 ) -> BoolArray:
     """Whether each curve lacks a condition that varied over the others: no law can be fitted to it.
@@ -203,14 +209,16 @@ def incomplete_curves(
     Args:
         condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
-        settings: As in `varied`.
+        settings: As in `varied_condition_mask`.
 
     Returns:
         Shape (curves,).
     """
     is_incomplete = np.zeros(len(conditions), dtype=bool)
     for condition_index, is_unknown in enumerate(np.isnan(conditions).T):
-        if varied(condition_names, conditions[~is_unknown], settings)[condition_index]:
+        if varied_condition_mask(condition_names, conditions[~is_unknown], settings)[
+            condition_index
+        ]:
             is_incomplete |= is_unknown
     return is_incomplete
 
@@ -226,10 +234,10 @@ def fixed_conditions(
     Args:
         condition_names: Columns of the conditions.
         conditions: Mean conditions of each curve, shape (curves, conditions).
-        is_followed: As `followed_conditions` returns it.
-        settings: As in `followed_conditions`, and `level_tolerance`.
+        is_followed: As `followed_condition_mask` returns it.
+        settings: As in `followed_condition_mask`, and `level_tolerance`.
     """
-    is_varied = varied(condition_names, conditions, settings)
+    is_varied = varied_condition_mask(condition_names, conditions, settings)
     values_of_followed = {}
     for condition_index in np.flatnonzero(is_followed).tolist():
         values_of_followed[condition_names[condition_index]] = conditions[:, condition_index]
@@ -238,7 +246,7 @@ def fixed_conditions(
         # a condition that did not vary has a level; one that varied has a line
         followed_values = values_of_followed if is_varied[condition_index] else {}
         fixed.append(
-            _fixed(
+            _fixed_condition(
                 condition_names[condition_index],
                 conditions[:, condition_index],
                 followed_values,
@@ -248,7 +256,7 @@ def fixed_conditions(
     return tuple(fixed)
 
 
-def _fixed(
+def _fixed_condition(
     condition_name: str,
     values: FloatArray,
     followed_values: Mapping[str, FloatArray],
@@ -344,7 +352,7 @@ def _relative_distance(
     condition_name: str, values: FloatArray, tested_values: FloatArray
 ) -> FloatArray:
     """Distance of a condition's values from its tested values, over their magnitude."""
-    magnitude = np.maximum(np.abs(tested_values), LEAST_MAGNITUDE.get(condition_name, 0.0))
+    magnitude = np.maximum(np.abs(tested_values), LEAST_MAGNITUDES.get(condition_name, 0.0))
     return np.asarray(np.abs(values - tested_values) / magnitude)
 
 

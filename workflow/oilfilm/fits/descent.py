@@ -31,11 +31,11 @@ _FIRST_DAMPING = 1e-2
 _FIRST_DAMPING_NEAR = 1e-5
 # Factor on the damping after a refused step, from any start and from a start near the end. Near the
 # end, the damping is small at first and must rise fast.
-_GROWTH = 2.0
-_GROWTH_NEAR = 16.0
-# A refit ends if this many steps outside its bounds follow each other, each farther than the last.
-_STEPS_OUTSIDE = 3
-# Newton's method takes off at most this share of a size X0 in one step.
+_DAMPING_GROWTH = 2.0
+_DAMPING_GROWTH_NEAR = 16.0
+# A refit ends after this many steps in a row outside its bounds, each farther than the last.
+_MOST_STEPS_OUTSIDE = 3
+# Newton's method reduces a magnitude |X0| by at most this share in one step.
 _LARGEST_DECREASE = 0.9
 # Keeps a singular matrix solvable, and is too small to slow down a regular one.
 _LEAST_DAMPING = 1e-12
@@ -47,7 +47,7 @@ np.empty(1 << 21)
 
 
 @dataclass(frozen=True)
-class _Normal:
+class _NormalEquations:
     """Normal equations of k descents, each over n constants.
 
     Attributes:
@@ -60,7 +60,9 @@ class _Normal:
     gradient: FloatArray
     matrix: FloatArray
 
-    def update(self, overwritten: IndexArray, other: "_Normal", is_taken: BoolArray) -> None:
+    def update(
+        self, overwritten: IndexArray, other: "_NormalEquations", is_taken: BoolArray
+    ) -> None:
         """Overwrite some descents with those of other normal equations.
 
         Args:
@@ -115,14 +117,16 @@ def descend(
     low, high = problem.free_bounds.T
     while True:
         distance_outside = ~is_held * problem.distance_beyond_bounds(ends)
-        returning = np.flatnonzero(distance_outside.any(axis=1))
-        if not len(returning):
+        outside_indices = np.flatnonzero(distance_outside.any(axis=1))
+        if not len(outside_indices):
             return ends, sse
         is_farthest = distance_outside == distance_outside.max(axis=1, keepdims=True)
         is_held = is_held | ((distance_outside > 0) & is_farthest)
-        restart = np.where(distance_outside > 0, np.clip(ends, low, high), ends)
-        held_descents = replace(descents, is_held=is_held).select(returning)
-        ends[returning], sse[returning] = _descend(held_descents, restart[returning])
+        restarts = np.where(distance_outside > 0, np.clip(ends, low, high), ends)
+        held_descents = replace(descents, is_held=is_held).select(outside_indices)
+        ends[outside_indices], sse[outside_indices] = _descend(
+            held_descents, restarts[outside_indices]
+        )
 
 
 @dataclass(frozen=True)
@@ -172,7 +176,7 @@ def _descend(descents: _Descents, constants: FloatArray) -> tuple[FloatArray, Fl
     """Ends of the descents and the SSE there, without regard to bounds; overwrites `constants`."""
     starts_near_ends = descents.starts_near_ends
     first_damping = _FIRST_DAMPING_NEAR if starts_near_ends else _FIRST_DAMPING
-    least_growth = _GROWTH_NEAR if starts_near_ends else _GROWTH
+    least_growth = _DAMPING_GROWTH_NEAR if starts_near_ends else _DAMPING_GROWTH
     current = _normal_equations(descents, constants)
     damping: FloatArray = np.full(len(constants), first_damping)
     growth: FloatArray = np.full(len(constants), least_growth)
@@ -181,7 +185,7 @@ def _descend(descents: _Descents, constants: FloatArray) -> tuple[FloatArray, Fl
     steps_farther = np.zeros(len(constants), dtype=int)
     is_linear = descents.problem.is_linear & starts_near_ends
     for _ in range(descents.most_steps):
-        steps, expected_decrease = _steps(current, damping, active_indices, is_linear)
+        steps, expected_decrease = _damped_steps(current, damping, active_indices, is_linear)
         # a strongly damped step promises little and proves nothing, nor does one towards a saddle
         is_small = (expected_decrease >= 0) & (
             expected_decrease <= descents.tolerance * current.sse[active_indices]
@@ -218,7 +222,7 @@ def _descend(descents: _Descents, constants: FloatArray) -> tuple[FloatArray, Fl
         )
         distance_outside[accepted_indices] = new_distance
         # a refit that runs away goes on for many steps; it ends at a bound
-        has_ended |= (steps_farther[active_indices] >= _STEPS_OUTSIDE) & starts_near_ends
+        has_ended |= (steps_farther[active_indices] >= _MOST_STEPS_OUTSIDE) & starts_near_ends
         active_indices = active_indices[~has_ended & (damping[active_indices] < _STUCK_DAMPING)]
         if not len(active_indices):
             break
@@ -241,12 +245,12 @@ def _damping_factor(
     # where the law overflows at the start, every step is an infinite gain
     with np.errstate(over="ignore", invalid="ignore"):
         gain = (sse - trial_sse) / np.maximum(expected_decrease, np.finfo(float).tiny)
-    easing = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
-    return np.where(trial_sse < sse, easing, growth)
+    accepted_factor = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
+    return np.where(trial_sse < sse, accepted_factor, growth)
 
 
-def _steps(
-    current: _Normal, damping: FloatArray, active_indices: IndexArray, is_linear: BoolArray
+def _damped_steps(
+    current: _NormalEquations, damping: FloatArray, active_indices: IndexArray, is_linear: BoolArray
 ) -> tuple[FloatArray, FloatArray]:
     """Damped steps and the decrease of the SSE that the quadratic model expects of them.
 
@@ -283,7 +287,7 @@ def _steps(
     return steps, np.asarray(expected_decrease)
 
 
-def _normal_equations(descents: _Descents, constants: FloatArray) -> _Normal:
+def _normal_equations(descents: _Descents, constants: FloatArray) -> _NormalEquations:
     """Normal equations at the values of each descent, without the constants that are held.
 
     Args:
@@ -293,7 +297,7 @@ def _normal_equations(descents: _Descents, constants: FloatArray) -> _Normal:
     problem = descents.problem
     if (constants == constants[0]).all():
         # all descents at one start: sums over points are the same for all
-        sse, gradient, matrix = _sums(
+        sse, gradient, matrix = _weighted_sums(
             problem, constants[:1], descents.weights, descents.starts_near_ends
         )
     else:
@@ -303,7 +307,7 @@ def _normal_equations(descents: _Descents, constants: FloatArray) -> _Normal:
         matrices = []
         for first_descent in range(0, len(constants), descents_per_chunk):
             chunk = slice(first_descent, first_descent + descents_per_chunk)
-            chunk_sse, chunk_gradient, chunk_matrix = _sums(
+            chunk_sse, chunk_gradient, chunk_matrix = _weighted_sums(
                 problem, constants[chunk], descents.weights[chunk], descents.starts_near_ends
             )
             sse_of_chunks.append(chunk_sse)
@@ -315,14 +319,14 @@ def _normal_equations(descents: _Descents, constants: FloatArray) -> _Normal:
     is_moving = ~descents.is_held
     are_both_moving = is_moving[:, :, np.newaxis] & is_moving[:, np.newaxis, :]
     is_finite = np.isfinite(sse) & np.isfinite(matrix).all(axis=(1, 2))
-    return _Normal(
+    return _NormalEquations(
         sse=np.where(is_finite, sse, np.inf),
         gradient=np.where(is_moving, gradient, 0.0),
         matrix=np.where(are_both_moving, matrix, np.eye(matrix.shape[1])),
     )
 
 
-def _sums(
+def _weighted_sums(
     problem: Problem, constants: FloatArray, weights: FloatArray, with_hessian: bool
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """SSE, half its gradient and J^T J, or half the Hessian, by all free constants.
@@ -352,7 +356,7 @@ def _sums(
     sums_by_curve = np.zeros((*is_evaluated.shape, sums_per_curve))
     # a trial step may run off to where the law overflows; it is then refused
     with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-        sizes = problem.law.magnitudes(problem.expand(constants.T), design)[
+        magnitudes = problem.law.magnitudes(problem.expand(constants.T), design)[
             :, curve_of_sum, row_of_sum
         ]
         curves_per_block = _POINTS_PER_BLOCK * problem.curve_count // max(len(problem.mu), 1)
@@ -363,7 +367,11 @@ def _sums(
             coefficient_indices = tuple(followed_coefficients.tolist())
             blocks_of_sums.append(
                 _sums_of_curves(
-                    problem, sizes[:, block], curve_of_sum[block], coefficient_indices, with_hessian
+                    problem,
+                    magnitudes[:, block],
+                    curve_of_sum[block],
+                    coefficient_indices,
+                    with_hessian,
                 )
             )
         sums_by_curve[is_evaluated] = np.concatenate(blocks_of_sums, axis=1).T
@@ -411,7 +419,7 @@ def _weighted_totals(
 
 def _sums_of_curves(
     problem: Problem,
-    sizes: FloatArray,
+    magnitudes: FloatArray,
     curve_of_sum: IndexArray,
     coefficient_indices: tuple[int, ...],
     with_hessian: bool,
@@ -420,10 +428,10 @@ def _sums_of_curves(
 
     Args:
         problem: What to fit.
-        sizes: |X| of each coefficient, shape (coefficients, sums).
+        magnitudes: |X| of each coefficient, shape (coefficients, sums).
         curve_of_sum: Index of the curve of each sum, shape (sums,).
         coefficient_indices: Indices of the coefficients that have a free constant.
-        with_hessian: As in `_sums`.
+        with_hessian: As in `_weighted_sums`.
 
     Returns:
         SSE, half its gradient and the lower triangle of J^T J or half the Hessian, one row each;
@@ -435,13 +443,13 @@ def _sums_of_curves(
     point_of_entry = np.arange(point_counts.sum()) + np.repeat(
         problem.first_point_of_curve[curve_of_sum] - first_entries, point_counts
     )
-    sizes = np.repeat(sizes, point_counts, axis=1)
+    magnitudes = np.repeat(magnitudes, point_counts, axis=1)
     slip = problem.observations.slip[point_of_entry]
     curvatures: tuple[FloatArray | float, ...] = ()
     if with_hessian:
-        mu, slopes, curvatures = law.mu_slopes_and_curvatures(sizes, slip, coefficient_indices)
+        mu, slopes, curvatures = law.mu_slopes_and_curvatures(magnitudes, slip, coefficient_indices)
     else:
-        mu, all_slopes = law.mu_and_slopes(sizes, slip)
+        mu, all_slopes = law.mu_and_slopes(magnitudes, slip)
         slopes = tuple(all_slopes[index] for index in coefficient_indices)
     residual = mu - problem.mu[point_of_entry]
     pairs = _lower_triangle(len(slopes))

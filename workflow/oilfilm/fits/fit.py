@@ -13,30 +13,30 @@ from oilfilm.base.randomness import generator
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.conditions import (
     fixed_conditions,
-    fixed_to_text,
-    followed_conditions,
-    incomplete_curves,
+    fixed_conditions_to_json,
+    followed_condition_mask,
+    incomplete_curve_mask,
     level_numbers_by_gap,
-    varied,
+    varied_condition_mask,
 )
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, at_bounds, polish, search
 from oilfilm.fits.fit_tables import (
     Solution,
-    certify,
-    fitted_names,
+    certificate_columns,
+    fitted_constant_names,
     tables_of_fit,
     tables_without_fit,
 )
+from oilfilm.fits.global_search import Optimum, is_at_bound, polish, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
-from oilfilm.fits.robust_fit import robust_fit
+from oilfilm.fits.robust_fit import fit_robustly
 from oilfilm.fits.uncertainty import (
     Estimates,
     calibration_refits,
+    cluster_robust_draws,
     curve_bootstrap,
     naive_covariance,
     profiles,
-    robust_draws,
 )
 from oilfilm.settings.config import FitSettings
 from oilfilm.settings.resolved import Settings
@@ -48,10 +48,10 @@ from oilfilm.traction.law import CONDITIONS, Law, NoValueError
 # errors of single points, which are reported, change more with the constants than the SSE does.
 _LEFT_OUT_TOLERANCE = 1e-8
 # Columns of the points that span the tested box.
-BOX_COLUMNS = (*CONDITIONS, "load_n", "slide_roll_ratio")
+TESTED_BOX_COLUMNS = (*CONDITIONS, "load_n", "slide_roll_ratio")
 
 
-def laws_of(oil: str, settings: Settings) -> dict[str, Law]:
+def laws_of_oil(oil: str, settings: Settings) -> dict[str, Law]:
     """The laws, by name, for which all needed properties of the oil and the rigs are known."""
     return laws_for(settings.properties_of(oil), settings.common_contact())
 
@@ -74,7 +74,7 @@ def fit_law(points: pd.DataFrame, oil: str, law_name: str, settings: Settings) -
     law = LAWS.get(law_name)
     if law is None:
         # a law that needs properties of the oil
-        law = laws_of(oil, settings).get(law_name)
+        law = laws_of_oil(oil, settings).get(law_name)
     if law is None:
         quality_row = {
             "oil": oil,
@@ -109,12 +109,12 @@ def fit_oil(
         # the table of one oil, as a job has it, is not copied
         points = points[is_of_oil]
     data = curve_data(points, law.conditions)
-    is_incomplete = incomplete_curves(law.conditions, data.conditions, settings)
+    is_incomplete = incomplete_curve_mask(law.conditions, data.conditions, settings)
     incomplete_runs = list(itertools.compress(data.run_ids, is_incomplete))
     if incomplete_runs:
         points = points[~points["run_id"].isin(incomplete_runs)]
         data = curve_data(points, law.conditions)
-    is_followed = followed_conditions(law.conditions, data.conditions, settings)
+    is_followed = followed_condition_mask(law.conditions, data.conditions, settings)
     fixed = fixed_conditions(law.conditions, data.conditions, is_followed, settings)
     quality_row: dict[str, Any] = {
         "oil": oil,
@@ -123,26 +123,26 @@ def fit_oil(
         "n_points": len(data.mu),
         "n_curves": len(data.run_ids),
         "incomplete_curves": tuple(incomplete_runs),
-        "fixed_conditions": fixed_to_text(fixed),
+        "fixed_conditions": fixed_conditions_to_json(fixed),
     }
-    accepted = points.loc[points["accepted"], list(BOX_COLUMNS)]
+    accepted = points.loc[points["accepted"], list(TESTED_BOX_COLUMNS)]
     # a temperature may be below zero; the law is odd in slip
     accepted = accepted.assign(slide_roll_ratio=accepted["slide_roll_ratio"].abs())
     smallest = accepted.min()
     largest = accepted.max()
-    for name in BOX_COLUMNS:
+    for name in TESTED_BOX_COLUMNS:
         quality_row[f"tested_min_{name}"] = float(smallest[name])
         quality_row[f"tested_max_{name}"] = float(largest[name])
-    obstacle = _obstacle(law, data, is_followed)
-    if obstacle:
-        return tables_without_fit(fitted_names(law), {**quality_row, **obstacle})
+    no_fit_columns = _no_fit_columns(law, data, is_followed)
+    if no_fit_columns:
+        return tables_without_fit(fitted_constant_names(law), {**quality_row, **no_fit_columns})
     problem = build_problem(law, data, is_followed)
     solution = _solve(problem, oil, points, settings, seed)
     quality_row.update(_errors_at_end_levels(solution, points, settings))
     return tables_of_fit(solution, points, quality_row, settings)
 
 
-def _obstacle(law: Law, data: CurveData, is_followed: BoolArray) -> dict[str, Any]:
+def _no_fit_columns(law: Law, data: CurveData, is_followed: BoolArray) -> dict[str, Any]:
     """Why a law cannot be fitted to data, as columns of `fit_quality`; empty where it can.
 
     Args:
@@ -197,31 +197,33 @@ def _solve(
     optima = search(problem, settings, randoms)
     if problem.law.nested_law is not None:
         random = generator(seed, "nested", oil)
-        optima.append(_from_nested(problem, problem.law.nested_law, settings, random))
+        optima.append(_optimum_from_nested_law(problem, problem.law.nested_law, settings, random))
     problem, optima = _with_bounds_held(problem, optima)
     optimum = min(optima, key=lambda optimum: optimum.sse)
-    naive = naive_covariance(problem, optimum)
+    optimum_covariance = naive_covariance(problem, optimum)
     all_refits = _refits(problem, optimum, settings, generator(seed, "bootstrap", oil))
     # a refit at a bound ended where the search stopped, and its constants mean nothing
-    refits = all_refits[~at_bounds(problem, all_refits).any(axis=1)]
+    refits = all_refits[~is_at_bound(problem, all_refits).any(axis=1)]
     shifted_refits = calibration_refits(problem, optimum, points)
-    estimates = Estimates(optimum.constants, naive, refits, shifted_refits)
+    estimates = Estimates(optimum.constants, optimum_covariance, refits, shifted_refits)
     # the seed does not contain the law: the same groups are left out for every law
     random = generator(seed, "left out", oil)
-    left_out_errors = leave_curves_out(problem, optimum, settings, random)
+    left_out_errors = errors_at_curves_left_out(problem, optimum, settings, random)
     return Solution(
         problem=problem,
         optimum=optimum,
-        certificate=certify(problem, optima, np.sqrt(np.diag(naive)), settings),
-        estimates=estimates.reported(problem),
-        profiles=profiles(problem, optimum, naive),
-        robust=robust_fit(problem, optimum),
+        certificate=certificate_columns(
+            problem, optima, np.sqrt(np.diag(optimum_covariance)), settings
+        ),
+        estimates=estimates.in_equation_form(problem),
+        profiles=profiles(problem, optimum, optimum_covariance),
+        robust_fit=fit_robustly(problem, optimum),
         left_out_errors=left_out_errors,
         refits_at_bounds_count=len(all_refits) - len(refits),
     )
 
 
-def _from_nested(
+def _optimum_from_nested_law(
     problem: Problem, nested_law: Law, settings: FitSettings, random: np.random.Generator
 ) -> Optimum:
     """One more search, from the optimum of a law that is a special case of the problem's law."""
@@ -247,7 +249,7 @@ def _refits(
     if problem.curve_count < settings.min_curves_for_errors:
         return np.empty((0, len(optimum.constants)))
     if problem.curve_count < settings.min_curves_to_resample:
-        return robust_draws(problem, optimum, settings.bootstrap, random)
+        return cluster_robust_draws(problem, optimum, settings.bootstrap, random)
     return curve_bootstrap(problem, optimum, settings.bootstrap, random)
 
 
@@ -258,7 +260,7 @@ def _with_bounds_held(problem: Problem, optima: list[Optimum]) -> tuple[Problem,
         The problem, and all optima without these constants.
     """
     lowest = min(optima, key=lambda optimum: optimum.sse)
-    is_held = at_bounds(problem, lowest.constants)
+    is_held = is_at_bound(problem, lowest.constants)
     reduced_optima = [Optimum(optimum.constants[~is_held], optimum.sse) for optimum in optima]
     return problem.holding(lowest.constants, is_held), reduced_optima
 
@@ -275,13 +277,15 @@ def _errors_at_end_levels(
     # not the conditions of this law: every law is evaluated at the same levels
     conditions = curve_data(points).conditions
     # a condition that did not vary only scatters: it has no lowest and highest level
-    conditions = np.where(varied(CONDITIONS, conditions, settings), conditions, np.nan)
+    conditions = np.where(
+        varied_condition_mask(CONDITIONS, conditions, settings), conditions, np.nan
+    )
     columns = {}
     for name, values_of_condition in zip(
         ("pressure", "speed", "temperature"), conditions.T, strict=True
     ):
         level_of_curve = level_numbers_by_gap(values_of_condition, settings.level_gap)
-        errors = leave_ends_out(problem, solution.optimum, level_of_curve, settings)
+        errors = errors_at_ends_left_out(problem, solution.optimum, level_of_curve, settings)
         sum_of_mu_squared = np.sum(problem.mu[np.isfinite(errors)] ** 2)
         relative_rms = np.nan
         if sum_of_mu_squared:
@@ -293,7 +297,7 @@ def _errors_at_end_levels(
 # ---------------------------------------------------------------- curves left out
 
 
-def leave_curves_out(
+def errors_at_curves_left_out(
     problem: Problem, optimum: Optimum, settings: FitSettings, random: np.random.Generator
 ) -> FloatArray:
     """Error of each point's mu in a fit without the point's curve (cross-validation).
@@ -305,7 +309,7 @@ def leave_curves_out(
     Args:
         problem: What was fitted.
         optimum: Where it ended.
-        settings: `left_out_groups`, and those of `followed_conditions`.
+        settings: `left_out_groups`, and those of `followed_condition_mask`.
         random: Draws the groups.
 
     Returns:
@@ -320,10 +324,10 @@ def leave_curves_out(
         group_of_curve = random.permutation(group_of_curve) % settings.left_out_groups
     groups = np.unique(group_of_curve)
     is_left_out = groups[:, np.newaxis] == group_of_curve
-    return _errors_left_out(problem, optimum, is_left_out, settings)
+    return _errors_by_fits_without(problem, optimum, is_left_out, settings)
 
 
-def leave_ends_out(
+def errors_at_ends_left_out(
     problem: Problem, optimum: Optimum, level_of_curve: IndexArray, settings: FitSettings
 ) -> FloatArray:
     """Error of each point's mu at the lowest and highest level, by fits without that level.
@@ -334,7 +338,7 @@ def leave_ends_out(
         problem: What was fitted.
         optimum: Where it ended.
         level_of_curve: Index of the level of each curve, as `level_numbers_by_gap` returns it.
-        settings: Those of `followed_conditions`.
+        settings: Those of `followed_condition_mask`.
 
     Returns:
         Fitted minus measured mu, shape (points,). NaN at all levels between, and at all points
@@ -343,10 +347,10 @@ def leave_ends_out(
     if level_of_curve.max(initial=0) == 0:
         return np.full(len(problem.mu), np.nan)
     is_left_out = np.stack([level_of_curve == 0, level_of_curve == level_of_curve.max()])
-    return _errors_left_out(problem, optimum, is_left_out, settings)
+    return _errors_by_fits_without(problem, optimum, is_left_out, settings)
 
 
-def _errors_left_out(
+def _errors_by_fits_without(
     problem: Problem, optimum: Optimum, is_left_out: BoolArray, settings: FitSettings
 ) -> FloatArray:
     """Errors at curves left out, by fits to the other curves.
@@ -355,7 +359,7 @@ def _errors_left_out(
         problem: What was fitted.
         optimum: Where it ended.
         is_left_out: Whether each fit leaves out each curve, shape (fits, curves).
-        settings: Those of `followed_conditions`.
+        settings: Those of `followed_condition_mask`.
 
     Returns:
         Fitted minus measured mu, shape (points,); NaN where no fit left the point out, or where
@@ -368,7 +372,7 @@ def _errors_left_out(
     )
     is_possible = []
     for is_out_of_fit in is_left_out:
-        followed = followed_conditions(condition_names, conditions[~is_out_of_fit], settings)
+        followed = followed_condition_mask(condition_names, conditions[~is_out_of_fit], settings)
         is_possible.append(bool(followed.all()) and not is_out_of_fit.all())
     is_left_out = is_left_out[is_possible]
     starts = np.tile(optimum.constants, (len(is_left_out), 1))

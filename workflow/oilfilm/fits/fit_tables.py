@@ -16,9 +16,9 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import FixedCondition, fixed_from_text
-from oilfilm.fits.engine import Optimum
-from oilfilm.fits.interval import normal_quantile
+from oilfilm.fits.conditions import FixedCondition, fixed_conditions_from_json
+from oilfilm.fits.global_search import Optimum
+from oilfilm.fits.interval import normal_half_width
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.robust_fit import RobustFit, curve_agreement
 from oilfilm.fits.uncertainty import SENSORS, Estimates, Profiles
@@ -28,7 +28,7 @@ from oilfilm.tables.table_needs import FIT_TABLES
 from oilfilm.traction.law import CONDITIONS, Law, Observations
 
 # Residuals of an exact fit are rounding: their SSE over the sum of mu^2 is below this.
-_ROUNDING = 1e-20
+_ROUNDING_SSE = 1e-20
 # A standard error is not below this where constants are compared in standard errors.
 _LEAST_ERROR = 1e-9
 # Number of levels of each condition, and number of slips, at which mu is evaluated over the tested
@@ -44,10 +44,10 @@ class Solution:
     Attributes:
         problem: What was fitted; constants that ran into a bound are held there.
         optimum: The optimum with the smallest SSE.
-        certificate: Columns of `fit_quality`, as `certify` returns them.
+        certificate: Columns of `fit_quality`, as `certificate_columns` returns them.
         estimates: The free constants in the form of the law's equation, with their errors.
         profiles: Profile of each free constant.
-        robust: The fit with a robust loss; None for an exact fit.
+        robust_fit: The fit with a robust loss; None for an exact fit.
         left_out_errors: Fitted minus measured mu of each point, by a fit without the point's curve,
             shape (points,); NaN where there is no such fit.
         refits_at_bounds_count: Number of refits in which a constant ended at a bound. They are not
@@ -59,7 +59,7 @@ class Solution:
     certificate: Mapping[str, Any]
     estimates: Estimates
     profiles: Profiles
-    robust: RobustFit | None
+    robust_fit: RobustFit | None
     left_out_errors: FloatArray
     refits_at_bounds_count: int
 
@@ -76,13 +76,13 @@ def tables_of_fit(
         settings: `sign_confidence` and `pulling_weight` of config's fit.
     """
     return _with_oil_and_law(
-        {**quality_row, **_quality(solution)},
-        coefficients=_coefficients(solution, settings, quality_row["fixed_conditions"]),
-        refits=_refits(solution),
-        correlations=_correlations(solution),
-        profiles=_profiles(solution),
-        curve_residuals=_curve_residuals(solution, settings),
-        law_points=_law_points(solution, points),
+        {**quality_row, **_quality_columns(solution)},
+        coefficients=_coefficient_rows(solution, settings, quality_row["fixed_conditions"]),
+        refits=_refit_rows(solution),
+        correlations=_correlation_rows(solution),
+        profiles=_profile_rows(solution),
+        curve_residuals=_curve_residual_rows(solution, settings),
+        law_points=_law_point_rows(solution, points),
     )
 
 
@@ -108,30 +108,32 @@ def _with_oil_and_law(quality_row: Mapping[str, Any], **frames: pd.DataFrame) ->
     """
     frames["fit_quality"] = pd.DataFrame([quality_row])
     oil = quality_row["oil"]
-    finished = {name: tables.empty(name) for name in FIT_TABLES}
+    finished = {name: tables.empty_table(name) for name in FIT_TABLES}
     for name, frame in frames.items():
         if len(frame):
             rows = frame.assign(oil=oil, law=quality_row["law"])
-            finished[name] = tables.filled(rows, name, f"fit of {oil}")
-    return CampaignTables.in_memory(**finished)
+            finished[name] = tables.filled_table(rows, name, f"fit of {oil}")
+    return CampaignTables.from_frames(**finished)
 
 
-def _coefficients(solution: Solution, settings: FitSettings, fixed_conditions: str) -> pd.DataFrame:
+def _coefficient_rows(
+    solution: Solution, settings: FitSettings, fixed_conditions: str
+) -> pd.DataFrame:
     """One row per constant, in the order of the law."""
     law = solution.problem.law
     values_at_bounds = solution.problem.values_at_bounds
-    estimated = _estimated(solution, settings.sign_confidence)
+    estimate_rows = _estimate_rows(solution, settings.sign_confidence)
     # the level of a condition that did not vary is inside X0, and the row is then that of X
-    has_value = set(estimated.index) | set(values_at_bounds)
+    has_value = set(estimate_rows.index) | set(values_at_bounds)
     coefficients_at_level = [
         constant_name for constant_name in law.coefficient_names if constant_name in has_value
     ]
-    rows = estimated.reindex(fitted_names(law) + coefficients_at_level)
-    rows["identifiable"] = rows.index.isin(estimated.index)
+    rows = estimate_rows.reindex(fitted_constant_names(law) + coefficients_at_level)
+    rows["identifiable"] = rows.index.isin(estimate_rows.index)
     rows["verdict"] = rows["verdict"].fillna("not identifiable")
     for constant_name, value in values_at_bounds.items():
         rows.loc[constant_name, ["value", "verdict"]] = value, "at a bound"
-    names_in_step = _exponents_in_step(law, fixed_from_text(fixed_conditions))
+    names_in_step = _exponents_in_step(law, fixed_conditions_from_json(fixed_conditions))
     rows.loc[rows.index.isin(names_in_step) & rows["identifiable"], "verdict"] = "in step"
     return rows.rename_axis("constant").reset_index()
 
@@ -153,12 +155,12 @@ def _exponents_in_step(law: Law, fixed_conditions: Sequence[FixedCondition]) -> 
     return [constant.name for constant in law.constants if constant.condition in groups_on_lines]
 
 
-def fitted_names(law: Law) -> list[str]:
+def fitted_constant_names(law: Law) -> list[str]:
     """Names of the constants of a law that are not prescribed."""
     return [constant.name for constant in law.constants if constant.prescribed is None]
 
 
-def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
+def _estimate_rows(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     """One row per free constant, by its name, with its errors and intervals."""
     estimates = solution.estimates
     # errors from the calibration of the sensors
@@ -182,7 +184,7 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
         # A fit gives the signs of all its constants at once. With intervals of 95 % each, one of
         # twelve constants without effect would get a sign in every second fit. Bonferroni's limit
         # is for all of them together.
-        half_width = normal_quantile(1 - (1 - sign_confidence) / len(rows)) * error
+        half_width = normal_half_width(1 - (1 - sign_confidence) / len(rows)) * error
         # the distribution of the refits may be skew
         rows["lower"] = np.minimum(rows["value"] - half_width, lower_quantile)
         rows["upper"] = np.maximum(rows["value"] + half_width, upper_quantile)
@@ -193,7 +195,7 @@ def _estimated(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     return rows
 
 
-def _quality(solution: Solution) -> dict[str, Any]:
+def _quality_columns(solution: Solution) -> dict[str, Any]:
     """Columns of `fit_quality` that come from the solution."""
     problem = solution.problem
     optimum = solution.optimum
@@ -201,7 +203,7 @@ def _quality(solution: Solution) -> dict[str, Any]:
     rmse = float(np.sqrt(np.mean(residual**2)))
     constant_count = len(optimum.constants) + len(problem.values_at_bounds)
     design_rows, slips = tested_grid(problem)
-    at_zero_slip = traction_on(problem, optimum, design_rows, slips)[:, 0]
+    mu_at_zero_slip = traction_on_grid(problem, optimum, design_rows, slips)[:, 0]
     return {
         "n_constants": constant_count,
         "sse": optimum.sse,
@@ -209,7 +211,7 @@ def _quality(solution: Solution) -> dict[str, Any]:
         "relative_rms": rmse / float(np.sqrt(np.mean(problem.mu**2))),
         "max_error": float(np.abs(residual).max()),
         "bic": bayesian_criterion(optimum.sse, len(residual), constant_count),
-        "zero_slip_traction": float(at_zero_slip[first_largest(np.abs(at_zero_slip))]),
+        "zero_slip_traction": float(mu_at_zero_slip[first_largest(np.abs(mu_at_zero_slip))]),
         "left_out_rmse": float(np.sqrt(np.mean(solution.left_out_errors**2))),
         "refits_at_bounds": solution.refits_at_bounds_count,
         **solution.certificate,
@@ -244,7 +246,7 @@ def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
     return float(n_points * np.log(sse / n_points) + (n_constants + 1) * np.log(n_points))
 
 
-def _refits(solution: Solution) -> pd.DataFrame:
+def _refit_rows(solution: Solution) -> pd.DataFrame:
     """Rows of the table `refits`: refits to resampled curves, then those with a sensor off."""
     constant_names = solution.problem.free_names
     resampled = solution.estimates.refits
@@ -263,7 +265,7 @@ def _refits(solution: Solution) -> pd.DataFrame:
     )
 
 
-def _correlations(solution: Solution) -> pd.DataFrame:
+def _correlation_rows(solution: Solution) -> pd.DataFrame:
     """Rows of the table `correlations`: the correlation of each pair of constants."""
     constant_names = np.array(solution.problem.free_names)
     first_index, second_index = np.triu_indices(len(constant_names), k=1)
@@ -277,7 +279,7 @@ def _correlations(solution: Solution) -> pd.DataFrame:
     )
 
 
-def _profiles(solution: Solution) -> pd.DataFrame:
+def _profile_rows(solution: Solution) -> pd.DataFrame:
     """Rows of the table `profiles`: values of each constant, and the root of the SSE's rise."""
     problem = solution.problem
     held_values, signed_root = solution.profiles
@@ -286,13 +288,13 @@ def _profiles(solution: Solution) -> pd.DataFrame:
     return pd.DataFrame(
         {
             "constant": np.repeat(problem.free_names, held_values.shape[1]),
-            "value": problem.reported(held_values.T).T.ravel(),
+            "value": problem.in_equation_form(held_values.T).T.ravel(),
             "signed_root": (direction * signed_root).ravel(),
         }
     )
 
 
-def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
+def _law_point_rows(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
     """Rows of the table `law_points`: mu of the law, also by the fit without the point's curve."""
     data = solution.problem.data
     # the order of `curve_data`, whose traction is that of positive slip
@@ -306,7 +308,7 @@ def _law_points(solution: Solution, points: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
+def _curve_residual_rows(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     """Rows of the table `curve_residuals`: mean conditions, misfit and agreement of each curve."""
     problem = solution.problem
     data = problem.data
@@ -319,13 +321,13 @@ def _curve_residuals(solution: Solution, settings: FitSettings) -> pd.DataFrame:
     for name, values in zip(problem.law.conditions, data.conditions.T, strict=True):
         rows[f"mean_{name}"] = values
     rows["rmse"] = np.sqrt(sse_of_curve / points_of_curve)
-    return rows.assign(**curve_agreement(problem, solution.robust, settings))
+    return rows.assign(**curve_agreement(problem, solution.robust_fit, settings))
 
 
 # ---------------------------------------------------------------- the certificate
 
 
-def certify(
+def certificate_columns(
     problem: Problem, optima: Sequence[Optimum], naive_errors: FloatArray, settings: FitSettings
 ) -> dict[str, Any]:
     """Columns of `fit_quality` that show whether the best optimum is certified.
@@ -341,17 +343,17 @@ def certify(
     """
     best_optimum = min(optima, key=lambda optimum: optimum.sse)
     # the residuals of an exact fit of exact points are rounding, on which searches do not agree
-    rounding = _ROUNDING * float(np.sum(problem.mu**2))
-    errors = np.maximum(naive_errors, _LEAST_ERROR)
+    rounding = _ROUNDING_SSE * float(np.sum(problem.mu**2))
+    constant_errors = np.maximum(naive_errors, _LEAST_ERROR)
     sse = np.array([optimum.sse for optimum in optima])
     constants = np.array([optimum.constants for optimum in optima])
     sse_spread = (sse - best_optimum.sse) / max(best_optimum.sse, rounding)
-    constant_spread = np.max(np.abs(constants - best_optimum.constants) / errors, axis=1)
+    constant_spread = np.max(np.abs(constants - best_optimum.constants) / constant_errors, axis=1)
     agrees_in_sse = sse_spread <= settings.agreement_sse
     agrees_in_constants = constant_spread <= settings.agreement_constants
     design_rows, slips = tested_grid(problem)
-    mu = traction_on(problem, best_optimum, design_rows, slips)
-    hessian_smallest, hessian_largest, condition_number = spectrum(problem, best_optimum)
+    mu = traction_on_grid(problem, best_optimum, design_rows, slips)
+    hessian_smallest, hessian_largest, condition_number = hessian_spectrum(problem, best_optimum)
     columns = {
         "searches": len(optima),
         "searches_agreeing": int(np.sum(agrees_in_sse & agrees_in_constants)),
@@ -366,15 +368,15 @@ def certify(
         "hessian_largest": hessian_largest,
         "active_bounds": tuple(problem.values_at_bounds),
     }
-    doubts = _doubts(columns, float(np.abs(mu).max()), settings)
+    doubts = _doubt_codes(columns, float(np.abs(mu).max()), settings)
     return {**columns, "certified": not doubts, "doubts": tuple(doubts)}
 
 
-def _doubts(columns: Mapping[str, Any], largest_mu: float, settings: FitSettings) -> list[str]:
+def _doubt_codes(columns: Mapping[str, Any], largest_mu: float, settings: FitSettings) -> list[str]:
     """Codes of the checks of a certificate that fail.
 
     Args:
-        columns: Columns of `fit_quality`, as `certify` computes them.
+        columns: Columns of `fit_quality`, as `certificate_columns` computes them.
         largest_mu: Largest |mu| over the tested box.
         settings: Limits of config's fit.
     """
@@ -404,7 +406,7 @@ def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
     return float(np.max(cosines))
 
 
-def spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
+def hessian_spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
     """Smallest and largest eigenvalue of the Hessian J^T J, and the condition number of J.
 
     The Hessian is that of half the SSE by the free internal constants. The condition number is that
@@ -438,7 +440,7 @@ def tested_grid(problem: Problem) -> tuple[FloatArray, FloatArray]:
     return design_rows, np.linspace(0, largest_slip, _GRID_SLIPS)
 
 
-def traction_on(
+def traction_on_grid(
     problem: Problem, optimum: Optimum, design_rows: FloatArray, slips: FloatArray
 ) -> FloatArray:
     """mu at each row of the design and each slip, shape (rows, slips).

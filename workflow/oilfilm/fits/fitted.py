@@ -20,21 +20,21 @@ from oilfilm.base.labels import aligned_arguments
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import (
-    LEAST_MAGNITUDE,
+    LEAST_MAGNITUDES,
     FixedCondition,
-    fixed_from_text,
+    fixed_conditions_from_json,
     is_off_tested_level,
 )
 from oilfilm.fits.interval import (
     CONFIDENCE,
     Band,
-    degrees_of_spread,
-    normal_quantile,
-    student_quantile,
+    normal_half_width,
+    spread_degrees_of_freedom,
+    student_half_width,
 )
 from oilfilm.fits.measured_surface import LawConstants, OilSurface, surface_from_tables
+from oilfilm.fits.saved_fit_tables import explaining_contradictions, refuse_contradictions
 from oilfilm.fits.soundness_sentences import soundness_warnings
-from oilfilm.fits.whole_fit import explaining_contradictions, refuse_contradictions
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_oversized
@@ -43,10 +43,10 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 
 SLIP = "slide_roll_ratio"
-# Ends of the intervals of a prediction, as attributes and as columns of tables.
-INTERVALS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
+# Ends of the two intervals of a prediction: names of attributes, and of columns of tables.
+INTERVAL_COLUMNS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
 # Columns of a prediction that are printed.
-_PRINTED_COLUMNS = ["traction_coefficient", *INTERVALS, "outside"]
+_PRINTED_COLUMNS = ["traction_coefficient", *INTERVAL_COLUMNS, "outside"]
 # Tables from which a fit is read.
 _TABLES_OF_A_FIT = (
     *("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"),
@@ -80,7 +80,7 @@ class Coefficients:
             line; empty where that is unknown.
         run_sd: Standard deviation of ln mu in the next run, near the tested points; NaN where that
             is unknown.
-        degrees: Degrees of freedom of the spread of the refits, as `degrees_of_spread` gives them.
+        degrees_of_freedom: Of the spread of the refits, as `spread_degrees_of_freedom` gives them.
         limiting_stress_ratio: Limiting shear stress of the oil over the pressure.
         tested_conditions: Conditions of each curve, shape (curves, conditions); no rows where
             unknown.
@@ -93,12 +93,12 @@ class Coefficients:
     tested_box: FloatArray
     fixed_conditions: tuple[FixedCondition, ...] = ()
     run_sd: float = float("nan")
-    degrees: float = np.inf
+    degrees_of_freedom: float = np.inf
     limiting_stress_ratio: float = LIMITING_STRESS_RATIO
     tested_conditions: FloatArray = field(default_factory=lambda: np.empty((0, 0)))
 
     @classmethod
-    def bare(cls, law: Law, constants: FloatArray) -> "Coefficients":
+    def from_constants(cls, law: Law, constants: FloatArray) -> "Coefficients":
         """Constants alone, as printed in a paper, without interval and tested box."""
         no_refits = np.empty((0, len(constants)))
         return cls(
@@ -120,7 +120,7 @@ class Coefficients:
             return np.full((constant_count, constant_count), np.nan)
         return np.asarray(np.cov(to_internal(law, self.refits), rowvar=False))
 
-    def root(self, law: Law) -> FloatArray:
+    def covariance_root(self, law: Law) -> FloatArray:
         """R with R R^T = covariance, shape (constants, constants); NaN without refits."""
         covariance = self.covariance(law)
         if np.isnan(covariance).any():
@@ -140,9 +140,13 @@ class Coefficients:
             misfit: Misfit of the law, relative to mu (rms); 0 for a law that is true.
         """
         calibration = (to_internal(law, self.shifted_refits) - to_internal(law, self.constants)).T
-        student_factor = student_quantile(level, self.degrees) if self.degrees > 0 else np.nan
-        normal_factor = normal_quantile(level)
-        error_columns = np.hstack([student_factor * self.root(law), normal_factor * calibration])
+        student_factor = np.nan
+        if self.degrees_of_freedom > 0:
+            student_factor = student_half_width(level, self.degrees_of_freedom)
+        normal_factor = normal_half_width(level)
+        error_columns = np.hstack(
+            [student_factor * self.covariance_root(law), normal_factor * calibration]
+        )
         return Band(error_columns, normal_factor * misfit)
 
 
@@ -168,16 +172,16 @@ class Prediction:
             inside, NaN where the box is unknown, infinite where `away`.
         away: True where a condition that the fit does not follow is not on its tested level or
             line. mu is not known there, so it is NaN.
-        spacings: Distance to the nearest tested conditions, in units of the largest step between
-            neighbouring levels of each condition; 0.5 at most within a full grid; NaN where the
-            tested conditions are not known.
+        spacings: Distance to the nearest tested conditions, in spacings: a spacing is the largest
+            step between neighbouring levels of a condition. At most 0.5 within a full grid; NaN
+            where the tested conditions are not known.
         support: Whether the measurements support an interval: a name of
             `oilfilm.surface.support.Support` in lower case; empty where there is no surface.
         from_surface: True where mu is that of the surface.
         over_limit: True where the mean shear stress, mu times the mean pressure, would be above the
             oil's limiting shear stress: no film carries it.
-        wrong: Reasons why the fit is not sound, in sentences. For printed constants they name what
-            their open signs leave open.
+        warnings: Reasons why the fit is not sound, in sentences. For printed constants they name
+            what their open signs leave open.
     """
 
     traction_coefficient: FloatArray
@@ -192,13 +196,13 @@ class Prediction:
     support: npt.NDArray[Any]
     from_surface: npt.NDArray[np.bool_]
     over_limit: npt.NDArray[np.bool_]
-    wrong: tuple[str, ...] = ()
+    warnings: tuple[str, ...] = ()
 
     def to_frame(self) -> pd.DataFrame:
         """One row per point, one column per attribute; dimensions of xarray become the index."""
         columns: dict[str, Any] = {}
         for attribute in fields(self):
-            if attribute.name == "wrong":
+            if attribute.name == "warnings":
                 continue
             values = getattr(self, attribute.name)
             has_dimensions = bool(getattr(values, "dims", ()))
@@ -212,18 +216,18 @@ class Prediction:
         return printed_columns.dropna(axis=1, how="all").to_string(max_rows=20)
 
 
-class Lattice(NamedTuple):
+class MeasuredCoordinates(NamedTuple):
     """Values of the followed conditions in the tests, and their largest steps.
 
     Pressure, speed and load are logarithms; the temperature is in degC.
 
     Attributes:
-        values_of_curves: Values in each curve, shape (curves, followed).
+        curve_coordinates: Values in each curve, shape (curves, followed).
         largest_steps: Largest step between neighbouring values of each condition, shape
             (followed,); infinite where there is one value.
     """
 
-    values_of_curves: FloatArray
+    curve_coordinates: FloatArray
     largest_steps: FloatArray
 
 
@@ -282,7 +286,7 @@ class FittedLaw:
 
     @cached_property
     def misfit_beside_surface(self) -> float:
-        """Misfit of this law, the root-mean-square mu of law less surface over that of mu.
+        """Misfit of this law, relative to mu: rms of (its mu - mu of the surface) over that of mu.
 
         The points are those of the surface; NaN without a surface.
         """
@@ -302,7 +306,7 @@ class FittedLaw:
 
         NaN where there is no interval.
         """
-        return self.surface.level(level) if self.surface is not None else float("nan")
+        return self.surface.interval_level(level) if self.surface is not None else float("nan")
 
     def form_error(
         self, conditions: FloatArray, slip: FloatArray, error_without_interval: float
@@ -330,17 +334,17 @@ class FittedLaw:
             log_upper = np.log(prediction.obs_ci_upper)
             distance_from_surface = (log_lower + log_upper) / 2 - np.log(law_mu)
         half_width = (log_upper - log_lower) / 2
-        run_and_form_sd = half_width / normal_quantile(self.interval_level())
+        run_and_form_sd = half_width / normal_half_width(self.interval_level())
         form_sd = np.sqrt(np.maximum(run_and_form_sd**2 - run_sd**2, 0.0))
         error = np.hypot(form_sd, distance_from_surface)
         return np.where(np.isfinite(error), error, error_without_interval)
 
-    def remarks(self, conditions: FloatArray, slide_roll_ratio: FloatArray) -> list[str]:
+    def remarks(self, conditions: FloatArray, slip: FloatArray) -> list[str]:
         """Remarks on the traction at one operating point, in sentences; printed laws have some.
 
         Args:
             conditions: Conditions, as `at_tested_levels` returns them, shape (1, conditions).
-            slide_roll_ratio: Shape (1,).
+            slip: Shape (1,).
         """
         return []
 
@@ -378,7 +382,7 @@ class FittedLaw:
             )
         if quality is not None:
             (quality_row,) = tables.rows(_rows_of_fit(quality, oil, law))
-            coefficients_of_fit = _with_quality(coefficients_of_fit, law, quality_row)
+            coefficients_of_fit = _with_quality_row(coefficients_of_fit, law, quality_row)
         if curves is not None:
             mean_columns = [f"mean_{law_name}" for law_name in law.conditions]
             tested_conditions = _rows_of_fit(curves, oil, law)[mean_columns].to_numpy(float)
@@ -400,7 +404,10 @@ class FittedLaw:
         }
         group_has_exponent = np.array([group in fitted_groups for group in law.groups])
         return cls(
-            law, replace(Coefficients.bare(law, constants), group_has_exponent=group_has_exponent)
+            law,
+            replace(
+                Coefficients.from_constants(law, constants), group_has_exponent=group_has_exponent
+            ),
         )
 
     @classmethod
@@ -412,7 +419,7 @@ class FittedLaw:
                 interval of the next run `surfaces`, `surface_sizes` and `points` as well.
             oil: The oil.
         """
-        fits = results.configured
+        fits = results.configured_fits
         fit = cls.from_tables(
             fits.coefficients,
             oil,
@@ -462,8 +469,8 @@ class FittedLaw:
                 configuration, and less where the tested conditions are few (`interval_level`).
             whole_curve: Whether the interval of the next run should hold all points of its curve,
                 as a band needs that is drawn over a curve.
-            rig: Rig of the next run, where the runs are of several rigs; "another" for one that
-                made none of them. If it is not given, the next run is on one of these rigs.
+            rig: Name of the rig of the next run, where the runs are of several rigs; "another" for
+                one that made none of them. If not given, the next run is on one of these rigs.
 
         Raises:
             ValueError: Nothing is known of this rig.
@@ -476,25 +483,36 @@ class FittedLaw:
             self.law.group_values(conditions)[:, self.coefficients.group_has_exponent]
         )
         has_no_mu = is_away | is_unknown.any(axis=1)
-        mu, law_ends = self._mu_of_law(conditions, slip, has_no_mu, level)
-        run_ends = np.full((2, len(slip)), np.nan)
+        mu, mean_interval = self._law_mu_and_interval(conditions, slip, has_no_mu, level)
+        next_run_interval = np.full((2, len(slip)), np.nan)
         support_names = np.full(len(slip), "", dtype=_SUPPORT_TEXT)
         from_surface = np.zeros(len(slip), dtype=bool)
         answerable_indices = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
         if self.surface is not None and len(answerable_indices):
-            surface_point = (conditions[answerable_indices], np.abs(slip[answerable_indices]))
-            answer = self.surface.answer(self.law, *surface_point, level, whole_curve, rig)
-            run_ends[:, answerable_indices] = answer.lower, answer.upper
-            support_names[answerable_indices] = _SUPPORT_NAMES[answer.support_codes]
+            surface_prediction = self.surface.predict(
+                self.law,
+                conditions[answerable_indices],
+                np.abs(slip[answerable_indices]),
+                level,
+                whole_curve,
+                rig,
+            )
+            next_run_interval[:, answerable_indices] = (
+                surface_prediction.lower,
+                surface_prediction.upper,
+            )
+            support_names[answerable_indices] = _SUPPORT_NAMES[surface_prediction.support_codes]
             if self.surface.no_law_fits:
-                from_surface[answerable_indices] = answer.support_codes == Support.SUPPORTED
+                from_surface[answerable_indices] = (
+                    surface_prediction.support_codes == Support.SUPPORTED
+                )
                 mu[answerable_indices] = np.where(
-                    from_surface[answerable_indices], answer.mu, mu[answerable_indices]
+                    from_surface[answerable_indices], surface_prediction.mu, mu[answerable_indices]
                 )
         sign = np.where(slip < 0, -1.0, 1.0)
-        run_lower, run_upper = np.sort(sign * run_ends, axis=0)
-        law_lower, law_upper = np.sort(sign * law_ends, axis=0)
-        distance = np.where(is_away, np.inf, self._distance(conditions, slip))
+        run_lower, run_upper = np.sort(sign * next_run_interval, axis=0)
+        law_lower, law_upper = np.sort(sign * mean_interval, axis=0)
+        distance = np.where(is_away, np.inf, self._distance_from_box(conditions, slip))
         spacings = self.spacings(conditions)
         is_not_given = is_unknown.any(axis=1) | np.isnan(slip)
         return Prediction(
@@ -510,10 +528,10 @@ class FittedLaw:
             support=support_names,
             from_surface=from_surface,
             over_limit=mu > self.coefficients.limiting_stress_ratio,
-            wrong=self.warnings,
+            warnings=self.warnings,
         )
 
-    def _mu_of_law(
+    def _law_mu_and_interval(
         self,
         conditions: FloatArray,
         slip: FloatArray,
@@ -533,20 +551,20 @@ class FittedLaw:
         """
         point_count = len(slip)
         mu = np.full(point_count, np.nan)
-        law_ends = np.full((2, point_count), np.nan)
+        mean_interval = np.full((2, point_count), np.nan)
         if np.isnan(self.coefficients.constants).any():
-            return mu, law_ends
+            return mu, mean_interval
         # a value at which the law can be evaluated; the result is not used
         evaluable_conditions = np.where(has_no_mu[:, np.newaxis], 1.0, conditions)
         misfit = np.nan_to_num(self.misfit_beside_surface)
         mean_band = self.coefficients.mean_band(self.law, level, misfit)
         for first_point in range(0, point_count, _POINTS_PER_CHUNK):
             chunk = slice(first_point, first_point + _POINTS_PER_CHUNK)
-            mu[chunk], gradient = self._with_gradient(evaluable_conditions[chunk], slip[chunk])
-            law_ends[:, chunk] = mean_band.ends(mu[chunk], gradient)
+            mu[chunk], gradient = self._mu_and_gradient(evaluable_conditions[chunk], slip[chunk])
+            mean_interval[:, chunk] = mean_band.ends(mu[chunk], gradient)
         mu[has_no_mu] = np.nan
-        law_ends[:, has_no_mu] = np.nan
-        return mu, law_ends
+        mean_interval[:, has_no_mu] = np.nan
+        return mu, mean_interval
 
     def predict_at(
         self,
@@ -579,18 +597,20 @@ class FittedLaw:
                 "method predict of the fitted law, which takes rows of them."
             )
         values = (max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio)
-        arguments, labelled = aligned_arguments(dict(zip((*CONDITIONS, SLIP), values, strict=True)))
-        arrays = [in_unit(value, name) for name, value in arguments.items()]
-        broadcast = np.broadcast_arrays(*arrays)
-        shape = broadcast[0].shape
-        columns = [np.asarray(array, dtype=float).ravel() for array in broadcast]
-        rows = np.column_stack(columns[:-1])
-        slip = columns[-1]
-        prediction = self.predict(rows, slip, level)
-        points_without_mu = int(np.isnan(prediction.traction_coefficient).sum())
-        reason = self._reason_without_mu(rows) if points_without_mu else ""
+        arguments, label_result = aligned_arguments(
+            dict(zip((*CONDITIONS, SLIP), values, strict=True))
+        )
+        arrays = [in_column_unit(value, name) for name, value in arguments.items()]
+        broadcast_arrays = np.broadcast_arrays(*arrays)
+        shape = broadcast_arrays[0].shape
+        flat_arrays = [np.asarray(array, dtype=float).ravel() for array in broadcast_arrays]
+        conditions = np.column_stack(flat_arrays[:-1])
+        slip = flat_arrays[-1]
+        prediction = self.predict(conditions, slip, level)
+        unknown_mu_count = int(np.isnan(prediction.traction_coefficient).sum())
+        reason = self._why_no_mu(conditions) if unknown_mu_count else ""
         if reason:
-            text = f"mu is NaN at {points_without_mu} of {len(slip)} points: {reason}"
+            text = f"mu is NaN at {unknown_mu_count} of {len(slip)} points: {reason}"
             warnings.warn(text, stacklevel=2)
         level_of_next_run = self.interval_level(level)
         if CONFIDENCE < level and level_of_next_run < level:
@@ -600,15 +620,15 @@ class FittedLaw:
             )
             warnings.warn(text, stacklevel=2)
         labelled_arrays = {
-            attribute.name: labelled(
+            attribute.name: label_result(
                 getattr(prediction, attribute.name).reshape(shape), attribute.name
             )
             for attribute in fields(prediction)
-            if attribute.name != "wrong"
+            if attribute.name != "warnings"
         }
-        return Prediction(**labelled_arrays, wrong=prediction.wrong)
+        return Prediction(**labelled_arrays, warnings=prediction.warnings)
 
-    def _reason_without_mu(self, conditions: FloatArray) -> str:
+    def _why_no_mu(self, conditions: FloatArray) -> str:
         """Why mu is not known at some rows of conditions; empty where it is known at all of them.
 
         A followed condition that is NaN is no reason: the caller put it there.
@@ -626,7 +646,7 @@ class FittedLaw:
         Returns:
             Shape (points, conditions).
         """
-        values_by_condition = self._by_name(conditions)
+        values_by_condition = self._values_by_condition(conditions)
         tested_values = dict(values_by_condition)
         for fixed in self.coefficients.fixed_conditions:
             tested_values[fixed.condition] = fixed.tested_value(values_by_condition)
@@ -643,7 +663,7 @@ class FittedLaw:
         }
         names = (*self.law.conditions, SLIP)
         within = np.array([[within_by_name.get(name, 0.0)] for name in names])
-        least_magnitude = np.array([[LEAST_MAGNITUDE.get(name, 0.0)] for name in names])
+        least_magnitude = np.array([[LEAST_MAGNITUDES.get(name, 0.0)] for name in names])
         tested_box = self.coefficients.tested_box
         margin = within * np.maximum(np.abs(tested_box), least_magnitude)
         return tested_box + margin * [-1.0, 1.0]
@@ -662,7 +682,7 @@ class FittedLaw:
         """
         if np.isnan(self.coefficients.constants).any():
             return {}
-        values_by_condition = self._by_name(conditions)
+        values_by_condition = self._values_by_condition(conditions)
         rows_off_level = {}
         for fixed in self.coefficients.fixed_conditions:
             is_away = is_off_tested_level(fixed, values_by_condition)
@@ -670,38 +690,40 @@ class FittedLaw:
                 rows_off_level[fixed] = is_away
         return rows_off_level
 
-    def _by_name(self, conditions: FloatArray) -> dict[str, FloatArray]:
+    def _values_by_condition(self, conditions: FloatArray) -> dict[str, FloatArray]:
         """Values of each condition by its column, from rows of conditions."""
         return dict(zip(self.law.conditions, conditions.T, strict=True))
 
-    def _with_gradient(
+    def _mu_and_gradient(
         self, conditions: FloatArray, slip: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """mu for positive slip, shape (points,), and its derivatives by the internal constants."""
         law = self.law
         coefficients = self.coefficients
         design = law.design(conditions, coefficients.group_has_exponent)
-        sizes = law.magnitudes(to_internal(law, coefficients.constants), design)
-        mu, slopes = law.mu_and_slopes(sizes, np.abs(slip))
+        magnitudes = law.magnitudes(to_internal(law, coefficients.constants), design)
+        mu, slopes = law.mu_and_slopes(magnitudes, np.abs(slip))
         return mu, np.hstack([slope[:, np.newaxis] * design for slope in slopes])
 
     @cached_property
-    def lattice(self) -> Lattice:
+    def measured_coordinates(self) -> MeasuredCoordinates:
         """The tested values of the followed conditions, and the largest steps between them."""
-        values_of_curves = self._coordinates(self.coefficients.tested_conditions)
+        curve_coordinates = self._coordinates(self.coefficients.tested_conditions)
         largest_steps = np.array(
-            [np.diff(np.sort(values)).max(initial=0.0) for values in values_of_curves.T]
+            [np.diff(np.sort(values)).max(initial=0.0) for values in curve_coordinates.T]
         )
-        return Lattice(values_of_curves, np.where(largest_steps > 0, largest_steps, np.inf))
+        return MeasuredCoordinates(
+            curve_coordinates, np.where(largest_steps > 0, largest_steps, np.inf)
+        )
 
     def _coordinates(self, conditions: FloatArray) -> FloatArray:
-        """The followed conditions in the coordinates of `lattice`, shape (points, followed)."""
+        """The followed conditions as in `MeasuredCoordinates`, shape (points, followed)."""
         fixed_names = {condition.condition for condition in self.coefficients.fixed_conditions}
         columns = []
-        for name, values in self._by_name(conditions).items():
+        for name, values in self._values_by_condition(conditions).items():
             if name in fixed_names:
                 continue
-            if name in LEAST_MAGNITUDE:
+            if name in LEAST_MAGNITUDES:
                 columns.append(values)
             else:
                 columns.append(np.log(np.maximum(values, np.finfo(float).tiny)))
@@ -726,23 +748,23 @@ class FittedLaw:
         # imported where needed: a prediction by printed constants waits for no import of it
         from scipy.spatial import KDTree  # noqa: PLC0415
 
-        values_of_curves, largest_steps = self.lattice
+        curve_coordinates, largest_steps = self.measured_coordinates
         coordinates = self._coordinates(conditions)
         distance_to_nearest = np.full(len(coordinates), np.nan)
         is_known = np.isfinite(coordinates).all(axis=1)
-        if not is_known.any() or not np.isfinite(values_of_curves).all():
+        if not is_known.any() or not np.isfinite(curve_coordinates).all():
             return distance_to_nearest
         if coordinates.shape[1] == 0:
             return np.zeros(len(coordinates))
         # a tree of all curves: points times curves would be quadratic in the size of a campaign
-        tree = KDTree(values_of_curves / largest_steps)
+        tree = KDTree(curve_coordinates / largest_steps)
         _, nearest_curves = tree.query(coordinates[is_known] / largest_steps, p=np.inf)
         # as a difference in the units of the conditions, which is zero at a tested condition
-        differences = np.abs(coordinates[is_known] - values_of_curves[nearest_curves])
+        differences = np.abs(coordinates[is_known] - curve_coordinates[nearest_curves])
         distance_to_nearest[is_known] = (differences / largest_steps).max(axis=1)
         return distance_to_nearest
 
-    def _distance(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
+    def _distance_from_box(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """Distance from the tested box in tested ranges, as in `Prediction`, shape (points,)."""
         lowest, highest = self.widened_box.T
         points = np.column_stack([conditions, np.abs(slip)])
@@ -794,7 +816,7 @@ def _error_of_next_run(surfaces: pd.DataFrame, oil: str) -> float:
     return float(
         surface_row["next_run_sd"]
         * surface_row["point_factor"]
-        / normal_quantile(surface_row["interval_level"])
+        / normal_half_width(surface_row["interval_level"])
     )
 
 
@@ -820,28 +842,33 @@ def _with_refits(coefficients: Coefficients, law: Law, refits: pd.DataFrame) -> 
     )
 
 
-def _with_quality(coefficients: Coefficients, law: Law, row: Mapping[str, Any]) -> Coefficients:
+def _with_quality_row(
+    coefficients: Coefficients, law: Law, quality_row: Mapping[str, Any]
+) -> Coefficients:
     """Coefficients with their tested range and the errors at curves left out.
 
     Args:
         coefficients: The coefficients.
         law: Their law.
-        row: The fit's row of the table `fit_quality`.
+        quality_row: The fit's row of the table `fit_quality`.
     """
     names = (*law.conditions, SLIP)
     tested_box = np.array(
-        [[row[f"tested_min_{name}"], row[f"tested_max_{name}"]] for name in names], float
+        [[quality_row[f"tested_min_{name}"], quality_row[f"tested_max_{name}"]] for name in names],
+        float,
     )
     # traction is zero without slip: this needs no test
     tested_box[-1, 0] = 0.0
-    limiting_stress_ratio = row["limiting_stress_ratio"]
+    limiting_stress_ratio = quality_row["limiting_stress_ratio"]
     if not np.isfinite(limiting_stress_ratio):
         limiting_stress_ratio = coefficients.limiting_stress_ratio
     return replace(
         coefficients,
         tested_box=tested_box,
-        fixed_conditions=fixed_from_text(row["fixed_conditions"]),
-        degrees=degrees_of_spread(row["n_curves"], 1 + coefficients.group_has_exponent.sum()),
+        fixed_conditions=fixed_conditions_from_json(quality_row["fixed_conditions"]),
+        degrees_of_freedom=spread_degrees_of_freedom(
+            quality_row["n_curves"], 1 + coefficients.group_has_exponent.sum()
+        ),
         limiting_stress_ratio=float(limiting_stress_ratio),
     )
 
@@ -900,8 +927,8 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
     """
     for name in _TABLES_OF_A_FIT:
         refuse_oversized(Path(folder, "tables", f"{name}.parquet"))
-    results = CampaignTables.in_folder(Path(folder))
-    oils = sorted(results.configured.fit_quality["oil"])
+    results = CampaignTables.from_folder(Path(folder))
+    oils = sorted(results.configured_fits.fit_quality["oil"])
     if oil is None and len(oils) == 1:
         oil = oils[0]
     if oil is None or oil not in oils:
@@ -915,16 +942,18 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
         # the folder may be gone when the first interval is asked for
         surface = partial(given_surface, fit.surface)
         fit = replace(fit, warnings=tuple(soundness_warnings(verdict)), read_surface=surface)
-        _compute_where_tested(fit)
+        _check_at_tested_conditions(fit)
     return fit
 
 
-def _compute_where_tested(fit: FittedLaw) -> None:
+def _check_at_tested_conditions(fit: FittedLaw) -> None:
     """Compute mu with its interval at two tested conditions, so that wrong tables fail at once."""
     if not len(fit.coefficients.tested_conditions):
         return
-    ends = fit.coefficients.tested_conditions[[0, -1]]
-    fit.predict(ends, np.full(len(ends), fit.coefficients.tested_box[-1].mean()))
+    first_and_last = fit.coefficients.tested_conditions[[0, -1]]
+    fit.predict(
+        first_and_last, np.full(len(first_and_last), fit.coefficients.tested_box[-1].mean())
+    )
 
 
 # Smallest and largest value of any traction test, and the most likely cause of a larger one, by
@@ -939,63 +968,65 @@ _POSSIBLE_RANGES = {
 }
 
 
-def refuse_impossible(values: FloatArray, name: str) -> None:
+def refuse_impossible_values(values: FloatArray, column_name: str) -> None:
     """Refuse values that no traction test has, most often because of their unit; NaN passes.
 
     Args:
         values: Values in the unit of the column.
-        name: Name of the column.
+        column_name: Name of the column.
 
     Raises:
         OilfilmError: A value is out of the possible range.
     """
-    smallest, largest, hint = _POSSIBLE_RANGES.get(name, (-np.inf, np.inf, ""))
+    smallest, largest, hint = _POSSIBLE_RANGES.get(column_name, (-np.inf, np.inf, ""))
     values = values.ravel()
     # a load, pressure or speed of 0 makes no contact
-    is_positive_if_needed = (values > 0) | (smallest < 0)
-    is_possible = (values >= smallest) & (values <= largest) & is_positive_if_needed
+    has_allowed_sign = (values > 0) | (smallest < 0)
+    is_possible = (values >= smallest) & (values <= largest) & has_allowed_sign
     impossible = np.flatnonzero(~np.isnan(values) & ~is_possible)
     if not len(impossible):
         return
     first_value = values[impossible[0]]
     if first_value < smallest:
         hint = "of the wrong sign"
-        if name == "inlet_temperature_c":
+        if column_name == "inlet_temperature_c":
             hint = "converted from kelvins twice? Add 273.15"
-    column_unit = tables.COLUMNS[name].unit
+    column_unit = tables.COLUMNS[column_name].unit
     unit = "" if column_unit == "1" else f" {column_unit}"
-    above = "" if smallest else "above "
+    lower_bound_word = "" if smallest else "above "
     # a zero has no wrong unit
-    perhaps = f" Perhaps {hint}." if first_value else ""
+    hint_sentence = f" Perhaps {hint}." if first_value else ""
     raise OilfilmError(
-        f"{name}: found {first_value:g}{unit} at {len(impossible)} of {values.size} points, "
-        f"the first is number {impossible[0] + 1}; expected {above}{smallest:g} to "
-        f"{largest:g}{unit}.{perhaps}"
+        f"{column_name}: found {first_value:g}{unit} at {len(impossible)} of {values.size} points, "
+        f"the first is number {impossible[0] + 1}; expected {lower_bound_word}{smallest:g} to "
+        f"{largest:g}{unit}.{hint_sentence}"
     )
 
 
-def in_unit(value: Any, name: str) -> npt.NDArray[np.float64]:
+def in_column_unit(value: Any, column_name: str) -> npt.NDArray[np.float64]:
     """Values of a condition, the slide-roll ratio or mu; quantities of pint are converted.
 
     Args:
-        value: Numbers in the unit of the column `name`, or a quantity of pint.
-        name: Name of the column.
+        value: Numbers in the unit of the column `column_name`, or a quantity of pint.
+        column_name: Name of the column.
 
     Raises:
         OilfilmError: The quantity has a unit of something else, or a value is no number or
             impossible.
     """
-    unit = QUANTITIES[name].unit if name in QUANTITIES else "dimensionless"
+    unit = QUANTITIES[column_name].unit if column_name in QUANTITIES else "dimensionless"
     if hasattr(value, "magnitude") and hasattr(value, "to"):
         try:
             value = value.to(unit).magnitude
         except Exception as error:
-            raise OilfilmError(f"{name}: {error}; expected a unit such as {unit}.") from error
+            raise OilfilmError(
+                f"{column_name}: {error}; expected a unit such as {unit}."
+            ) from error
     try:
         values = np.asarray(value, dtype=float)
     except (TypeError, ValueError) as error:
-        raise OilfilmError(f"{name}: expected numbers in {unit}, but {error}.") from None
-    refuse_impossible(values, name)
+        raise OilfilmError(f"{column_name}: expected numbers in {unit}, but {error}.") from None
+    refuse_impossible_values(values, column_name)
     return values
 
 
@@ -1045,7 +1076,7 @@ def predict(
             raise OilfilmError(f"there is no law {law!r}; the laws are {', '.join(LAWS)}.")
         law = LAWS[law]
     if not isinstance(coefficients, Coefficients):
-        coefficients = Coefficients.bare(law, coefficients)
+        coefficients = Coefficients.from_constants(law, coefficients)
     return FittedLaw(law, coefficients).predict_at(
         max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio, level
     )

@@ -1,4 +1,4 @@
-"""Confidence of a fitted law's mean: quantiles, degrees of freedom, and the band about mu.
+"""Confidence of a fitted law's mean: half widths, degrees of freedom, and the band about mu.
 
 The interval of the next run comes from the surface of measured mu (`oilfilm.surface.interval`).
 
@@ -17,26 +17,26 @@ from oilfilm.base.units import FloatArray
 CONFIDENCE = 0.95
 
 
-def normal_quantile(level: float) -> float:
+def normal_half_width(level: float) -> float:
     """Half width, in standard errors, of the interval of a normal mean with this level."""
     return NormalDist().inv_cdf(0.5 + level / 2)
 
 
-def student_quantile(level: float, degrees: float) -> float:
+def student_half_width(level: float, degrees_of_freedom: float) -> float:
     """Half width of the interval by Student's distribution, in standard errors.
 
     Args:
         level: Share that the interval holds.
-        degrees: Degrees of freedom.
+        degrees_of_freedom: Of the estimated standard error.
 
     Examples:
-        >>> print(f"{student_quantile(0.95, 3):.5f} {student_quantile(0.95, np.inf):.5f}")
+        >>> print(f"{student_half_width(0.95, 3):.5f} {student_half_width(0.95, np.inf):.5f}")
         3.18245 1.95996
     """
-    return float(scipy.special.stdtrit(degrees, 0.5 + level / 2))
+    return float(scipy.special.stdtrit(degrees_of_freedom, 0.5 + level / 2))
 
 
-def degrees_of_spread(curve_count: int, term_count: int) -> float:
+def spread_degrees_of_freedom(curve_count: int, term_count: int) -> float:
     """Degrees of freedom of a spread that comes from the residuals of whole curves.
 
     It is the number of curves less twice the number of terms of a power law, because curves with
@@ -57,13 +57,13 @@ class Band:
     constants, which are the gradient times the error columns, and the misfit of the law.
 
     Attributes:
-        error_columns: Independent errors of the internal constants, each times its quantile; one
+        error_columns: Independent errors of the internal constants, each times its half width; one
             column per error, shape (constants, errors).
-        misfit: Half width that the misfit of the law adds, relative to mu.
+        misfit_half_width: Half width that the misfit of the law adds, relative to mu.
     """
 
     error_columns: FloatArray
-    misfit: float = 0.0
+    misfit_half_width: float = 0.0
 
     def ends(self, mu: FloatArray, gradient: FloatArray) -> FloatArray:
         """Lower and upper end, shape (2, points): sqrt(mu^2 + h^2) +- h where mu > 0, else mu +- h.
@@ -73,7 +73,7 @@ class Band:
             gradient: Its derivatives by the internal constants, shape (points, constants).
         """
         half_width_of_constants = np.linalg.norm(gradient @ self.error_columns, axis=1)
-        half_width = np.hypot(half_width_of_constants, self.misfit * mu)
+        half_width = np.hypot(half_width_of_constants, self.misfit_half_width * mu)
         is_positive = mu > 0
         positive_mu = np.where(is_positive, mu, 1.0)
         positive_half_width = np.where(is_positive, half_width, 0)

@@ -55,8 +55,8 @@ _FIRST_VARIANCE = 0.3
 _DEVIANCE_TOLERANCE = 1e-12
 # Step of the logarithm of a condition, for slopes by differences.
 _LOG_STEP = 1e-4
-# Standard deviation of mu below which a point counts as exact.
-_EXACT = 1e-9
+# Standard deviation of mu that replaces a smaller one: of an exact point.
+_SMALLEST_MU_SD = 1e-9
 
 
 def curve_error_slopes(law: Law, internal_constants: FloatArray, curves: Curves) -> FloatArray:
@@ -77,8 +77,8 @@ def curve_error_slopes(law: Law, internal_constants: FloatArray, curves: Curves)
     def traction(sign: int, exponents: dict[str, float]) -> FloatArray:
         """mu with some conditions multiplied by powers of exp(sign * step)."""
         factors = [np.exp(sign * _LOG_STEP * exponents.get(name, 0.0)) for name in law.conditions]
-        moved = replace(curves, conditions=curves.conditions * factors)
-        return law.traction(internal_constants, moved.observations(law))
+        scaled_curves = replace(curves, conditions=curves.conditions * factors)
+        return law.traction(internal_constants, scaled_curves.observations(law))
 
     def slope(exponents: dict[str, float]) -> FloatArray:
         """Derivative of mu by the logarithm of a factor on these powers of conditions."""
@@ -87,21 +87,21 @@ def curve_error_slopes(law: Law, internal_constants: FloatArray, curves: Curves)
     mu = law.traction(internal_constants, curves.observations(law))
     temperature_of_curve = curves.conditions[:, law.conditions.index("inlet_temperature_c")]
     temperature = temperature_of_curve[curves.curve_of_point]
-    by_load = slope({"load_n": 1.0, "max_hertz_pressure_gpa": 1 / 3})
-    by_speed = slope({"entrainment_speed_m_s": 1.0})
-    by_temperature = slope({"inlet_temperature_c": 1.0})
+    slope_by_load = slope({"load_n": 1.0, "max_hertz_pressure_gpa": 1 / 3})
+    slope_by_speed = slope({"entrainment_speed_m_s": 1.0})
+    slope_by_temperature = slope({"inlet_temperature_c": 1.0})
     slopes_by_error = {
-        "load": -mu - by_load,
+        "load": -mu - slope_by_load,
         "traction force": mu,
-        "entrainment speed": -by_speed,
-        "inlet temperature": -by_temperature / temperature,
+        "entrainment speed": -slope_by_speed,
+        "inlet temperature": -slope_by_temperature / temperature,
         "zero of the force": 1 / curves.load_n[curves.curve_of_point],
     }
     return np.column_stack([slopes_by_error[name] for name in CURVE_ERRORS])
 
 
 @dataclass(frozen=True)
-class ErrorSizes:
+class ErrorVariances:
     """Variances of the errors of a curve and of its points.
 
     Attributes:
@@ -114,9 +114,9 @@ class ErrorSizes:
     point_variance: float
 
 
-def error_sizes(
+def error_variances(
     jacobian: FloatArray, error_slopes: FloatArray, residual: FloatArray, curve_of_point: IndexArray
-) -> ErrorSizes:
+) -> ErrorVariances:
     """Variances of the errors by restricted maximum likelihood.
 
     The residuals of curve i are modelled as J_i x + D_i b_i + e, where x are the free constants.
@@ -137,7 +137,7 @@ def error_sizes(
         curve_of_point: Index of the curve of each point, ascending from 0, shape (points,).
     """
     if not residual.any():
-        return ErrorSizes(np.zeros(len(CURVE_ERRORS)), 0.0)
+        return ErrorVariances(np.zeros(len(CURVE_ERRORS)), 0.0)
     estimated_count = len(_ESTIMATED_ERRORS)
     columns = np.column_stack([error_slopes[:, _ESTIMATED_ERRORS], jacobian, residual])
     column_rms = np.sqrt(np.mean(columns**2, axis=0))
@@ -145,7 +145,7 @@ def error_sizes(
     # the likelihood needs only the products of the columns of each curve
     products = []
     points_per_curve = []
-    for points in points_of_curves(curve_of_point):
+    for points in point_indices_by_curve(curve_of_point):
         products.append(columns[points].T @ columns[points])
         points_per_curve.append(len(points))
     stacked_products = np.stack(products)
@@ -166,14 +166,14 @@ def error_sizes(
     variances = np.exp(search_result.x) * column_rms[-1] ** 2
     curve_variances = np.zeros(len(CURVE_ERRORS))
     curve_variances[_ESTIMATED_ERRORS] = variances[:-1] / column_rms[:estimated_count] ** 2
-    return ErrorSizes(curve_variances, float(variances[-1]))
+    return ErrorVariances(curve_variances, float(variances[-1]))
 
 
 def _deviance(variances: FloatArray, products: FloatArray, point_counts: IndexArray) -> float:
     """-2 ln of the restricted likelihood, without a constant.
 
     Args:
-        variances: v and s^2 as in `error_sizes`, shape (estimated errors + 1,).
+        variances: v and s^2 as in `error_variances`, shape (estimated errors + 1,).
         products: Products of the columns D, J, r of each curve, shape (curves, columns, columns).
         point_counts: Number of points of each curve, shape (curves,).
     """
@@ -192,42 +192,45 @@ def _deviance(variances: FloatArray, products: FloatArray, point_counts: IndexAr
     j_by_j = summed_products[:-1, :-1]
     j_by_r = summed_products[:-1, -1]
     r_by_r = summed_products[-1, -1]
-    logarithms = (
+    log_determinants = (
         np.sum((point_counts - error_count) * np.log(point_variance))
         + len(point_counts) * np.sum(np.log(run_variances))
         + np.linalg.slogdet(inner_matrix)[1].sum()
         + np.linalg.slogdet(j_by_j)[1]
     )
-    return float(logarithms + r_by_r - j_by_r @ np.linalg.solve(j_by_j, j_by_r))
+    return float(log_determinants + r_by_r - j_by_r @ np.linalg.solve(j_by_j, j_by_r))
 
 
-def points_of_curves(curve_of_point: IndexArray) -> list[IndexArray]:
+def point_indices_by_curve(curve_of_point: IndexArray) -> list[IndexArray]:
     """Indices of the points of each curve, one array per curve."""
     return np.split(np.arange(len(curve_of_point)), np.flatnonzero(np.diff(curve_of_point)) + 1)
 
 
 def precision_by_curve(
-    slopes: FloatArray, error_slopes: FloatArray, sizes: ErrorSizes, curve_of_point: IndexArray
+    slopes: FloatArray,
+    error_slopes: FloatArray,
+    variances: ErrorVariances,
+    curve_of_point: IndexArray,
 ) -> FloatArray:
     """Precision that each curve adds about parameters: A^T V^-1 A, V = s^2 I + D diag(v) D^T.
 
     Args:
         slopes: A, slopes of mu by the parameters, shape (points, n).
         error_slopes: D, as `curve_error_slopes` returns it, shape (points, errors).
-        sizes: v and s^2, as `error_sizes` returns them.
+        variances: v and s^2, as `error_variances` returns them.
         curve_of_point: Index of the curve of each point, ascending from 0, shape (points,).
 
     Returns:
         Shape (curves, n, n).
     """
-    has_error = np.flatnonzero(sizes.curve_variances > 0)
+    error_indices = np.flatnonzero(variances.curve_variances > 0)
     # a point without any error would have infinite precision
-    point_variance = max(sizes.point_variance, _EXACT**2)
-    variance_ratios = np.diag(point_variance / sizes.curve_variances[has_error])
+    point_variance = max(variances.point_variance, _SMALLEST_MU_SD**2)
+    variance_ratios = np.diag(point_variance / variances.curve_variances[error_indices])
     precisions = []
-    for point_indices in points_of_curves(curve_of_point):
+    for point_indices in point_indices_by_curve(curve_of_point):
         slopes_of_curve = slopes[point_indices]
-        error_slopes_of_curve = error_slopes[point_indices][:, has_error]
+        error_slopes_of_curve = error_slopes[point_indices][:, error_indices]
         d_by_a = error_slopes_of_curve.T @ slopes_of_curve
         inner = variance_ratios + error_slopes_of_curve.T @ error_slopes_of_curve
         precisions.append(
@@ -236,7 +239,7 @@ def precision_by_curve(
     return np.stack(precisions) / point_variance
 
 
-# Standard uncertainties of a rig's calibration, in the order of `SENSORS`.
+# Attributes of `Calibration`: the standard uncertainty of each sensor, in the order of `SENSORS`.
 _CALIBRATION_KEYS = ("load_relative", "traction_force_relative", "speed_relative", "temperature_c")
 # Largest number of centres of the error of the law's form.
 _MOST_CENTRES = 30
@@ -280,13 +283,13 @@ class FormError:
                 coordinates[:, np.newaxis] - coordinates[centre_indices]
             ) / correlation_lengths
             squared_distance = (lengths_away**2).sum(axis=-1)
-            distance_to_nearest = squared_distance.min(axis=1)
-            if exceeds(_CENTRE_DISTANCE**2, distance_to_nearest.max()):
+            squared_distance_to_nearest = squared_distance.min(axis=1)
+            if exceeds(_CENTRE_DISTANCE**2, squared_distance_to_nearest.max()):
                 break
-            centre_indices.append(int(first_largest(distance_to_nearest)))
+            centre_indices.append(int(first_largest(squared_distance_to_nearest)))
         return cls(correlation_lengths, coordinates[centre_indices])
 
-    def weights(self, coordinates: FloatArray) -> FloatArray:
+    def error_per_weight(self, coordinates: FloatArray) -> FloatArray:
         """Error per unit of each standard normal weight.
 
         Args:
@@ -300,8 +303,8 @@ class FormError:
         root = np.linalg.cholesky(self._correlation(self.centres) + jitter)
         flat_coordinates = coordinates.reshape(-1, coordinates.shape[-1])
         correlation = self._correlation(flat_coordinates)
-        weights = np.linalg.solve(root, correlation.T).T
-        return weights.reshape(*coordinates.shape[:-1], centre_count)
+        error_per_weight = np.linalg.solve(root, correlation.T).T
+        return error_per_weight.reshape(*coordinates.shape[:-1], centre_count)
 
     def _correlation(self, coordinates: FloatArray) -> FloatArray:
         """Correlation of the error at operating points and at the centres: (points, centres)."""
@@ -343,8 +346,9 @@ class Information:
         internal_constants: All its internal constants, shape (constants,).
         is_free: Whether the data decide each of them, shape (constants,).
         curves: The measured curves.
-        error_sizes: Variances of the errors of a curve, from the residuals of the fit.
-        calibration: Standard uncertainty of each sensor's calibration, shape (sensors,).
+        error_variances: Variances of the errors of a curve, from the residuals of the fit.
+        calibration_uncertainties: Standard uncertainty of each sensor's calibration, shape
+            (sensors,).
         longest_curve_slips: Slide-roll ratios of the curve with the most points, ascending.
         form_error_at: Gives the relative standard error of the law's form that the measured curves
             leave. Its arguments are rows of the law's conditions, and the slip of each row.
@@ -355,8 +359,8 @@ class Information:
     internal_constants: FloatArray
     is_free: BoolArray
     curves: Curves
-    error_sizes: ErrorSizes
-    calibration: FloatArray
+    error_variances: ErrorVariances
+    calibration_uncertainties: FloatArray
     longest_curve_slips: FloatArray
     form_error_at: Callable[[FloatArray, FloatArray], FloatArray]
     form_process: FormError = NO_FORM_ERROR
@@ -371,12 +375,16 @@ class Information:
         error_slopes = curve_error_slopes(self.law, self.internal_constants, curves)
         observations = curves.observations(self.law)
         mu = self.law.traction(self.internal_constants, observations)
-        weights_of_curve = self.form_process.weights(self.form_coordinates(curves))
+        error_per_weight_of_curve = self.form_process.error_per_weight(
+            self.form_coordinates(curves)
+        )
         by_constants = self.law.jacobian(self.internal_constants, observations)[:, self.is_free]
-        by_calibration = error_slopes[:, : len(SENSORS)] * self.calibration
-        by_form = (mu * form_error)[:, np.newaxis] * weights_of_curve[curves.curve_of_point]
-        rows = np.hstack([by_constants, by_calibration, by_form])
-        return precision_by_curve(rows, error_slopes, self.error_sizes, curves.curve_of_point)
+        by_calibration = error_slopes[:, : len(SENSORS)] * self.calibration_uncertainties
+        by_form = (mu * form_error)[:, np.newaxis] * error_per_weight_of_curve[
+            curves.curve_of_point
+        ]
+        slopes = np.hstack([by_constants, by_calibration, by_form])
+        return precision_by_curve(slopes, error_slopes, self.error_variances, curves.curve_of_point)
 
     @property
     def precision(self) -> FloatArray:
@@ -419,8 +427,8 @@ class Information:
             coordinates: Operating points whose mu a quantity depends on, as `form_coordinates`
                 gives them, shape (quantities, operating points, 3).
         """
-        mean_weights = self.form_process.weights(coordinates).mean(axis=1)
-        by_form = by_form_error[:, np.newaxis] * mean_weights
+        mean_error_per_weight = self.form_process.error_per_weight(coordinates).mean(axis=1)
+        by_form = by_form_error[:, np.newaxis] * mean_error_per_weight
         by_calibration = np.zeros((len(by_form_error), len(SENSORS)))
         return np.hstack([by_constants, by_calibration, by_form])
 
@@ -484,15 +492,17 @@ def measured_information(
         )
     residual = curves.mu - law.traction(internal_constants, observations)
     error_slopes = curve_error_slopes(law, internal_constants, curves)
-    longest_curve = np.argmax(np.bincount(curves.curve_of_point))
+    longest_curve_index = np.argmax(np.bincount(curves.curve_of_point))
     return Information(
         law=law,
         internal_constants=internal_constants,
         is_free=is_free,
         curves=curves,
-        error_sizes=error_sizes(jacobian, error_slopes, residual, curves.curve_of_point),
-        calibration=np.array([getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]),
-        longest_curve_slips=np.sort(curves.slip[curves.curve_of_point == longest_curve]),
+        error_variances=error_variances(jacobian, error_slopes, residual, curves.curve_of_point),
+        calibration_uncertainties=np.array(
+            [getattr(calibration, key, 0.0) for key in _CALIBRATION_KEYS]
+        ),
+        longest_curve_slips=np.sort(curves.slip[curves.curve_of_point == longest_curve_index]),
         form_error_at=partial(fitted.form_error, error_without_interval=law_error_beyond),
     )
 
@@ -518,18 +528,19 @@ def uncertainties(precision: FloatArray, gradients: FloatArray) -> FloatArray:
     return np.sqrt(np.maximum(variance, 0.0))
 
 
-def uncertainty(precision: FloatArray, gradients: FloatArray) -> FloatArray:
+def rms_uncertainty(precision: FloatArray, gradients: FloatArray) -> FloatArray:
     """Root mean square of `uncertainties` over the quantities, shape (...,)."""
     return np.asarray(np.sqrt(np.square(uncertainties(precision, gradients)).mean(axis=-1)))
 
 
 @dataclass(frozen=True)
-class Design:
-    """A plan of curves, chosen one after the other.
+class CurvePlan:
+    """Curves to measure next, chosen one after the other.
 
     Attributes:
         chosen_indices: Indices of the chosen candidates, in the order of the plan.
-        uncertainty_before: Uncertainty with the measured curves alone.
+        uncertainty_before: Uncertainty with the measured curves alone, as `rms_uncertainty` gives
+            it.
         uncertainty_with_one: Uncertainty with one candidate added, shape (candidates,).
         uncertainty_after: Uncertainty after each chosen curve, shape (chosen,).
         final_precision: Precision of the measured and the chosen curves, shape (n, n).
@@ -542,13 +553,13 @@ class Design:
     final_precision: FloatArray
 
 
-def choose(
+def choose_curves(
     measured_precision: FloatArray,
     candidate_precisions: FloatArray,
     gradients: FloatArray,
     curve_count: int,
     smallest_gain: float = 0.0,
-) -> Design:
+) -> CurvePlan:
     """Choose curves one after the other, each time the best one beside those already chosen.
 
     Args:
@@ -571,15 +582,17 @@ def choose(
         >>> print(f"{x[design.chosen_indices[0]]:.1f} {design.uncertainty_after[0] ** 2:.3f}")
         2.5 0.200
     """
-    uncertainty_with_one = uncertainty(measured_precision + candidate_precisions, gradients)
-    uncertainty_before = float(uncertainty(measured_precision, gradients))
+    uncertainty_with_one = rms_uncertainty(measured_precision + candidate_precisions, gradients)
+    uncertainty_before = float(rms_uncertainty(measured_precision, gradients))
     is_available = np.ones(len(uncertainty_with_one), dtype=bool)
     chosen_indices: list[int] = []
     uncertainty_after: list[float] = []
     current_uncertainty = uncertainty_before
     total_precision = measured_precision
     for _ in range(min(curve_count, len(uncertainty_with_one))):
-        uncertainty_with_candidate = uncertainty(total_precision + candidate_precisions, gradients)
+        uncertainty_with_candidate = rms_uncertainty(
+            total_precision + candidate_precisions, gradients
+        )
         uncertainty_with_candidate = np.where(is_available, uncertainty_with_candidate, np.inf)
         best_index = int(first_smallest(uncertainty_with_candidate))
         if exceeds(
@@ -591,7 +604,7 @@ def choose(
         uncertainty_after.append(current_uncertainty)
         is_available[best_index] = False
         total_precision = total_precision + candidate_precisions[best_index]
-    return Design(
+    return CurvePlan(
         chosen_indices,
         uncertainty_before,
         uncertainty_with_one,

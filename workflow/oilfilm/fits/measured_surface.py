@@ -33,32 +33,32 @@ _LOAD = "load_n"
 # Conditions of the laws on which a surface can stand.
 _CONDITIONS_OF_SURFACES = (CONDITIONS, (_LOAD, _SPEED, _TEMPERATURE))
 # Largest relative range of the load over the cube of the pressure in one contact.
-_ONE_CONTACT = 0.02
+_LARGEST_RANGE_IN_ONE_CONTACT = 0.02
 # A point carries traction where the mu of the law is above this number of errors of the zero.
-_CARRIES_TRACTION = 10.0
+_LEAST_TRACTION_IN_ZERO_ERRORS = 10.0
 # Columns of the table `surfaces` for the sizes of effects, by the name of the effect.
-COLUMN_OF_EFFECT = {
+COLUMN_BY_EFFECT = {
     "gain": "gain_sd",
     "zero": "zero_sd",
     "slip_scale": "slip_scale_sd",
     "temperature_k": "temperature_sd_k",
 }
-# Limits that are columns of the table `surfaces`, under the names of `SurfaceLimits`.
-LIMITS = (
+# Attributes of `SurfaceLimits` that are columns of the table `surfaces` under the same names.
+LIMIT_NAMES = (
     "level",
     *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_slip"),
     *("reach_in_ranges", "largest_spread_of_bound"),
 )
 # Share of the readings of mu that may be below zero by chance.
-_RARE = 0.005
-# Name that stands for a rig that made none of the runs.
-ANOTHER = "another"
-# Searches of the sizes of a surface, as in `SurfaceSizes`.
-SEARCHES = ("first", "misfit", "interval")
+_LARGEST_SHARE_BELOW_ZERO = 0.005
+# Name of a rig that made none of the runs; `ANOTHER_RIG` is its number.
+ANOTHER_RIG_NAME = "another"
+# Searches of the sizes of a surface: attributes of `SurfaceSizes`, entries of the column `search`.
+SIZE_SEARCHES = ("first", "misfit", "interval")
 
 
 @dataclass(frozen=True)
-class Contact:
+class MeasuredContact:
     """The contact of an oil's tests: it turns the conditions of a law into P, U and T, and back.
 
     Attributes:
@@ -70,7 +70,7 @@ class Contact:
     load_at_1_gpa: float
 
     @classmethod
-    def from_points(cls, points: pd.DataFrame) -> "Contact":
+    def from_points(cls, points: pd.DataFrame) -> "MeasuredContact":
         """The contact of the accepted points of an oil."""
         pressure_gpa = points[_PRESSURE].to_numpy(dtype=float)
         load_n = points[_LOAD].to_numpy(dtype=float)
@@ -82,8 +82,8 @@ class Contact:
         if not len(load_at_1_gpa):
             return cls(np.nan)
         median = float(np.median(load_at_1_gpa))
-        is_one = np.ptp(load_at_1_gpa) <= _ONE_CONTACT * median
-        return cls(median if is_one else np.nan)
+        is_one_contact = np.ptp(load_at_1_gpa) <= _LARGEST_RANGE_IN_ONE_CONTACT * median
+        return cls(median if is_one_contact else np.nan)
 
     def surface_conditions(self, law: Law, conditions: FloatArray) -> FloatArray:
         """P in GPa, U in m/s and T in degC from rows of a law's conditions, shape (rows, 3).
@@ -93,8 +93,8 @@ class Contact:
         pressures, speeds, temperatures = np.array(conditions, dtype=float).T
         if law.conditions[0] == _LOAD:
             pressures = np.cbrt(pressures / self.load_at_1_gpa)
-        columns = np.column_stack([pressures, speeds, temperatures])
-        return np.where(np.isnan(columns), 1.0, columns)
+        conditions_of_surface = np.column_stack([pressures, speeds, temperatures])
+        return np.where(np.isnan(conditions_of_surface), 1.0, conditions_of_surface)
 
     def law_conditions(self, law: Law, conditions: FloatArray) -> FloatArray:
         """Rows of a law's conditions from P, U and T, shape (rows, 3)."""
@@ -111,8 +111,8 @@ class Contact:
 
 
 @dataclass(frozen=True)
-class SurfaceAnswer:
-    """mu at some points with the interval of the next good run.
+class SurfacePrediction:
+    """mu at some points, with the interval of the next good run, for positive slip.
 
     Attributes:
         mu: Traction coefficient for positive slip, shape (points,); NaN where no law is known.
@@ -137,8 +137,8 @@ class OilSurface:
         contact: What turns the conditions of a law into P, U and T.
         run_ids: Name of the run of each curve, in the order of `measurements`.
         measurements: The points, in the order of `curve_data`.
-        sizes: The sizes that were found.
-        factors: Factors of the interval of the next run.
+        sizes: Logarithms of the sizes that the searches found.
+        interval_factors: Factors of the interval of the next run.
         limits: What an answer must fulfil.
         next_run_sd: Standard deviation of ln mu in the next run, median over the points.
         misfit: Misfit of the law at the measured points, relative to mu.
@@ -149,11 +149,11 @@ class OilSurface:
 
     law_name: str
     law: FreeLaw
-    contact: Contact
+    contact: MeasuredContact
     run_ids: tuple[str, ...]
     measurements: Measurements
     sizes: SurfaceSizes
-    factors: IntervalFactors
+    interval_factors: IntervalFactors
     limits: SurfaceLimits
     next_run_sd: float
     misfit: float
@@ -172,9 +172,9 @@ class OilSurface:
         """Whether a condition was tested at two levels only, so that no law is checked between."""
         return bool(box_of(self.measurements).has_two_levels.any())
 
-    def level(self, wanted_level: float) -> float:
+    def interval_level(self, wanted_level: float) -> float:
         """The level of an interval: the wanted one, or less where the conditions are few."""
-        return min(wanted_level, self.factors.level)
+        return min(wanted_level, self.interval_factors.level)
 
     @property
     def rig_names(self) -> tuple[str, ...]:
@@ -186,7 +186,7 @@ class OilSurface:
         """The number of the rig of the next run, as `Surface.predict` takes it.
 
         Args:
-            rig_name: Name of the rig, as in `answer`.
+            rig_name: Name of the rig, as in `predict`.
 
         Raises:
             ValueError: There is no such rig.
@@ -198,16 +198,17 @@ class OilSurface:
                 "the runs are of one rig, or their rigs are not named: nothing is known of the rig "
                 f"{rig_name!r} beside them. Leave the rig out"
             )
-        if rig_name == ANOTHER:
+        if rig_name == ANOTHER_RIG_NAME:
             return ANOTHER_RIG
         if rig_name not in self.rig_names:
             raise ValueError(
                 f"no run is of the rig {rig_name!r}. The rigs of the runs are "
-                f"{', '.join(self.rig_names)}; {ANOTHER!r} stands for one that is not among them"
+                f"{', '.join(self.rig_names)}; {ANOTHER_RIG_NAME!r} stands for one that is not "
+                "among them"
             )
         return self.assumptions.rig_names.index(rig_name)
 
-    def answer(
+    def predict(
         self,
         law: Law,
         conditions: FloatArray,
@@ -215,7 +216,7 @@ class OilSurface:
         level: float,
         whole_curve: bool,
         rig_name: str | None = None,
-    ) -> SurfaceAnswer:
+    ) -> SurfacePrediction:
         """mu and its interval at rows of a law's conditions.
 
         Args:
@@ -224,8 +225,8 @@ class OilSurface:
             slip: Slide-roll ratio, not below 0, shape (points,); at 0 there is no interval.
             level: Wanted level.
             whole_curve: Whether the band should hold all points of a curve.
-            rig_name: Name of the rig of the next run; `ANOTHER` for one that made none of the runs.
-                If it is not given, the next run is on one of the rigs of the runs.
+            rig_name: Name of the rig of the next run; `ANOTHER_RIG_NAME` for one that made none of
+                the runs. If it is not given, the next run is on one of the rigs of the runs.
 
         Raises:
             ValueError: There is no such rig, or the runs show no difference of rigs.
@@ -248,12 +249,18 @@ class OilSurface:
             prediction = self.surface.predict(
                 surface_conditions[is_answerable], slip[is_answerable], rig_number
             )
-            factor = self.factors.curve if whole_curve else self.factors.point
-            level_factor = normal_factor(self.level(level)) / normal_factor(self.factors.level)
+            interval_factor = (
+                self.interval_factors.curve if whole_curve else self.interval_factors.point
+            )
+            level_factor = normal_factor(self.interval_level(level)) / normal_factor(
+                self.interval_factors.level
+            )
             mu[is_answerable] = prediction.mu
-            lower[is_answerable], upper[is_answerable] = prediction.interval(factor * level_factor)
+            lower[is_answerable], upper[is_answerable] = prediction.interval(
+                interval_factor * level_factor
+            )
             support_codes[is_answerable] = prediction.support_codes
-        return SurfaceAnswer(mu, lower, upper, support_codes)
+        return SurfacePrediction(mu, lower, upper, support_codes)
 
 
 # ---------------------------------------------------------------- back from the tables
@@ -274,42 +281,48 @@ class LawConstants(NamedTuple):
 
 
 def surface_from_tables(
-    row: Mapping[str, Any], sizes: pd.DataFrame, points: pd.DataFrame, fit: LawConstants
+    surface_row: Mapping[str, Any],
+    size_rows: pd.DataFrame,
+    points: pd.DataFrame,
+    fitted_law: LawConstants,
 ) -> OilSurface:
     """The surface of one oil.
 
     Args:
-        row: The oil's row of the table `surfaces`.
-        sizes: Its rows of the table `surface_sizes`.
+        surface_row: The oil's row of the table `surfaces`.
+        size_rows: Its rows of the table `surface_sizes`.
         points: Its rows of the table of points.
-        fit: The fitted law of the surface.
+        fitted_law: The law of the surface.
     """
-    contact = Contact.from_points(points[points["accepted"]])
-    law = free_law(*fit, contact)
-    assumptions = RunAssumptions.from_tables(row, sizes)
+    contact = MeasuredContact.from_points(points[points["accepted"]])
+    law = free_law(*fitted_law, contact)
+    assumptions = RunAssumptions.from_tables(surface_row, size_rows)
     run_ids, measurements = usable_measurements(points, law, contact, assumptions)
     logarithms = {}
-    for search, rows_of_search in sizes.groupby("search"):
+    for search, rows_of_search in size_rows.groupby("search"):
         logarithm_by_size = rows_of_search.set_index("size")["logarithm"]
         ordered_names = size_names(tells_rigs_apart="rig_gain" in logarithm_by_size.index)
         logarithms[search] = logarithm_by_size.reindex(list(ordered_names)).to_numpy(dtype=float)
     searched_sizes = SurfaceSizes(
-        **{search: logarithms[search] for search in SEARCHES}, converged=row["search_converged"]
+        **{search: logarithms[search] for search in SIZE_SEARCHES},
+        converged=surface_row["search_converged"],
     )
-    factors = IntervalFactors(row["interval_level"], row["point_factor"], row["curve_factor"])
+    interval_factors = IntervalFactors(
+        surface_row["interval_level"], surface_row["point_factor"], surface_row["curve_factor"]
+    )
     return OilSurface(
-        law_name=row["law"],
+        law_name=surface_row["law"],
         law=law,
         contact=contact,
         run_ids=run_ids,
         measurements=measurements,
         sizes=searched_sizes,
-        factors=factors,
-        limits=SurfaceLimits(**{name: row[name] for name in LIMITS}),
-        next_run_sd=row["next_run_sd"],
-        misfit=row["misfit"],
-        run_scatter=row["run_scatter"],
-        no_law_fits=row["no_law_fits"],
+        interval_factors=interval_factors,
+        limits=SurfaceLimits(**{name: surface_row[name] for name in LIMIT_NAMES}),
+        next_run_sd=surface_row["next_run_sd"],
+        misfit=surface_row["misfit"],
+        run_scatter=surface_row["run_scatter"],
+        no_law_fits=surface_row["no_law_fits"],
         assumptions=assumptions,
     )
 
@@ -318,7 +331,7 @@ def surface_from_tables(
 
 
 def free_law(
-    law: Law, constants: FloatArray, group_has_exponent: BoolArray, contact: Contact
+    law: Law, constants: FloatArray, group_has_exponent: BoolArray, contact: MeasuredContact
 ) -> FreeLaw:
     """The law of a fit, whose fitted constants are free.
 
@@ -342,7 +355,10 @@ def free_law(
 
 
 def usable_measurements(
-    points: pd.DataFrame, surface_law: FreeLaw, contact: Contact, assumptions: RunAssumptions
+    points: pd.DataFrame,
+    surface_law: FreeLaw,
+    contact: MeasuredContact,
+    assumptions: RunAssumptions,
 ) -> tuple[tuple[str, ...], Measurements]:
     """The run of each curve, and the points of an oil that carry traction.
 
@@ -403,14 +419,16 @@ def _rig_numbers(run_ids: Sequence[str], assumptions: RunAssumptions) -> IndexAr
     )
 
 
-def _smallest_traction(mu: FloatArray, errors: ErrorPriors) -> float:
+def _smallest_traction(mu: FloatArray, error_sizes: ErrorPriors) -> float:
     """mu of the law above which a point carries traction, and not only the error of the zero.
 
     Readings below zero show the size of that error, where it is larger than expected.
     """
-    expected = _CARRIES_TRACTION * errors.zero.median
-    below_zero = -float(np.quantile(mu, _RARE)) if len(mu) else 0.0
-    return max(expected, below_zero)
+    expected_limit = _LEAST_TRACTION_IN_ZERO_ERRORS * error_sizes.zero.median
+    largest_reading_below_zero = (
+        -float(np.quantile(mu, _LARGEST_SHARE_BELOW_ZERO)) if len(mu) else 0.0
+    )
+    return max(expected_limit, largest_reading_below_zero)
 
 
 def _noise_ratio(mu_se: FloatArray, slip_se: FloatArray) -> FloatArray | None:

@@ -13,7 +13,7 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.fits.fitted import FittedLaw, read_fit
-from oilfilm.fits.measured_surface import Contact, OilSurface, free_law, usable_measurements
+from oilfilm.fits.measured_surface import MeasuredContact, OilSurface, free_law, usable_measurements
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.ratio import OilOfPair, RatioSurface, RunsOfPair, fit_ratio
@@ -21,7 +21,7 @@ from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction.law import CONDITIONS
 
 # Fewest conditions of both oils. With fewer, the level of an interval is below 80 %.
-_FEWEST_PAIRED = 4
+_FEWEST_PAIRED_CONDITIONS = 4
 
 
 class Obstacle(StrEnum):
@@ -72,7 +72,7 @@ def read_oil(folder: Path, oil_name: str) -> MeasuredOil:
         folder: Folder of the results, which contains the folder `tables`.
         oil_name: Name of the oil.
     """
-    results = CampaignTables.in_folder(folder)
+    results = CampaignTables.from_folder(folder)
     points, runs = results.table("points", CURVE_COLUMNS, oil=oil_name), results.runs
     has_accepted_points = runs["run_id"].isin(points.loc[points["accepted"], "run_id"])
     return MeasuredOil(
@@ -97,10 +97,10 @@ def oil_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> OilPair:
     ratio_or_obstacle: RatioSurface | Obstacle
     if paired_runs.has_common_runs():
         ratio_or_obstacle = Obstacle.SAME_RUNS
-    elif paired_count < _FEWEST_PAIRED:
+    elif paired_count < _FEWEST_PAIRED_CONDITIONS:
         ratio_or_obstacle = Obstacle.FEW_PAIRS
     else:
-        ratio_or_obstacle = _fitted_ratio(
+        ratio_or_obstacle = _ratio_by_runs(
             *oils_of_pair, assumptions, limits_of_pair(first_oil, second_oil)
         )
     return OilPair(ratio_or_obstacle, paired_count, len(is_paired) - paired_count, rig_names)
@@ -130,7 +130,7 @@ def _surfaces(*measured_oils: MeasuredOil) -> list[OilSurface]:
     return [surface for surface in surfaces if surface is not None]
 
 
-def _fitted_ratio(
+def _ratio_by_runs(
     first_oil: OilOfPair, second_oil: OilOfPair, assumptions: RunAssumptions, limits: SurfaceLimits
 ) -> RatioSurface:
     """The ratio by the runs.
@@ -146,7 +146,7 @@ def _fitted_ratio(
 
 def _oil_of_pair(measured_oil: MeasuredOil, assumptions: RunAssumptions) -> OilOfPair:
     """The oil as a surface takes it."""
-    contact = Contact.from_points(measured_oil.points[measured_oil.points["accepted"]])
+    contact = MeasuredContact.from_points(measured_oil.points[measured_oil.points["accepted"]])
     coefficients = measured_oil.fit.coefficients
     law = free_law(
         measured_oil.fit.law, coefficients.constants, coefficients.group_has_exponent, contact

@@ -106,7 +106,7 @@ class Problem:
         Where a condition did not vary, its level is inside X0. The data then give the coefficient
         X at that level and at the reference of the others. The name of this constant is X.
         """
-        return [self._all_names[index] for index in np.flatnonzero(self.is_free)]
+        return [self._constant_names[index] for index in np.flatnonzero(self.is_free)]
 
     def distance_beyond_bounds(self, constants: FloatArray) -> FloatArray:
         """Distance of free constants beyond their bounds, over the range between them; 0 within.
@@ -124,14 +124,14 @@ class Problem:
         values_by_name = {}
         for constant_index, internal_value in self.held_constants:
             sign = self.law.signs[constant_index]
-            values_by_name[self._all_names[constant_index]] = (
+            values_by_name[self._constant_names[constant_index]] = (
                 sign * np.exp(internal_value) if sign else internal_value
             )
         return values_by_name
 
     @cached_property
-    def _all_names(self) -> list[str]:
-        """Names of all constants. If a group did not vary, a coefficient A0 is named A."""
+    def _constant_names(self) -> list[str]:
+        """Names of all constants. If a group did not vary, the constant A0 is named A."""
         names = [constant.name for constant in self.law.constants]
         if self.group_has_exponent.all():
             return names
@@ -193,8 +193,8 @@ class Problem:
         )
         return replace(self, observations=observations, mu=self.mu[is_kept])
 
-    def reported(self, constants: FloatArray) -> FloatArray:
-        """Free constants in the form of the law's equation; shape (..., free)."""
+    def in_equation_form(self, constants: FloatArray) -> FloatArray:
+        """Free internal constants in the form of the law's equation; shape (..., free)."""
         return to_constants(self.signs, constants)
 
     def expand(self, constants: FloatArray) -> FloatArray:
@@ -248,17 +248,15 @@ def curve_data(points: pd.DataFrame, condition_columns: Sequence[str] = CONDITIO
     is_accepted = points["accepted"]
     # names of runs, and columns that no law needs, would take most of the memory
     accepted = points.loc[is_accepted, points.columns.intersection(columns)]
-    name_of_point, distinct_run_ids = pd.factorize(points.loc[is_accepted, "run_id"])
+    run_of_point, distinct_run_ids = pd.factorize(points.loc[is_accepted, "run_id"])
     run_ids = sorted(map(str, distinct_run_ids))
-    curve_by_run_id = {run: name_of_point for name_of_point, run in enumerate(run_ids)}
-    curve_of_name = np.array(
-        [curve_by_run_id[str(name)] for name in distinct_run_ids], dtype=np.int64
+    curve_by_run_id = {run_id: curve_index for curve_index, run_id in enumerate(run_ids)}
+    curve_of_run = np.array(
+        [curve_by_run_id[str(run_id)] for run_id in distinct_run_ids], dtype=np.int64
     )
-    accepted = accepted.assign(curve=curve_of_name[name_of_point]).sort_values(
-        ["curve", "first_row"]
-    )
+    accepted = accepted.assign(curve=curve_of_run[run_of_point]).sort_values(["curve", "first_row"])
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
-    side = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
+    slip_sign = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
     # arrays have no readings, and so no such columns
     standard_errors = accepted.reindex(columns=error_columns)
     means = accepted.groupby("curve")[averaged_columns].mean()
@@ -266,9 +264,9 @@ def curve_data(points: pd.DataFrame, condition_columns: Sequence[str] = CONDITIO
         conditions=means[list(condition_columns)].to_numpy(dtype=float),
         load_n=means["load_n"].to_numpy(dtype=float),
         curve_of_point=accepted["curve"].to_numpy(),
-        slip=side * accepted["slide_roll_ratio"].to_numpy(),
+        slip=slip_sign * accepted["slide_roll_ratio"].to_numpy(),
         run_ids=run_ids,
-        mu=side * accepted["traction_coefficient"].to_numpy(),
+        mu=slip_sign * accepted["traction_coefficient"].to_numpy(),
         mu_se=standard_errors["traction_coefficient_se"].to_numpy(dtype=float),
         slip_se=standard_errors["slide_roll_ratio_se"].to_numpy(dtype=float),
     )

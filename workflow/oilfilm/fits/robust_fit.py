@@ -13,7 +13,7 @@ import numpy as np
 
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum
+from oilfilm.fits.global_search import Optimum
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 
@@ -42,7 +42,7 @@ class RobustFit(NamedTuple):
     weight_of_point: FloatArray
 
 
-def robust_fit(problem: Problem, plain: Optimum) -> RobustFit | None:
+def fit_robustly(problem: Problem, plain_optimum: Optimum) -> RobustFit | None:
     """The fit with a Cauchy loss; its scale is the median size of the residuals.
 
         minimise sum of ln(1 + (r/c)^2),  c = 2.3849 * 1.4826 median |r|
@@ -52,14 +52,14 @@ def robust_fit(problem: Problem, plain: Optimum) -> RobustFit | None:
 
     Args:
         problem: What was fitted.
-        plain: The optimum of the plain sum of squares.
+        plain_optimum: The optimum of the plain sum of squares.
 
     Returns:
         The fit; None for an exact fit.
 
     Reference: P. J. Huber, E. M. Ronchetti, Robust Statistics, 2nd ed. (2009), chapters 4 and 7.
     """
-    constants = plain.constants
+    constants = plain_optimum.constants
     residual = problem.residual(constants)
     for _ in range(_MOST_ROUNDS):
         scale = _CAUCHY_TUNING * MAD_TO_SIGMA * float(np.median(np.abs(residual)))
@@ -84,7 +84,7 @@ def _cauchy_weight(residual: FloatArray, scale: float) -> FloatArray:
 
 
 def curve_agreement(
-    problem: Problem, robust: RobustFit | None, settings: FitSettings
+    problem: Problem, robust_fit: RobustFit | None, settings: FitSettings
 ) -> dict[str, FloatArray | BoolArray]:
     """How well each curve agrees with the robust fit of all curves: perfectly if that fit is exact.
 
@@ -92,7 +92,7 @@ def curve_agreement(
 
     Args:
         problem: What was fitted.
-        robust: As `robust_fit` returns it.
+        robust_fit: As `fit_robustly` returns it.
         settings: The limits of odd curves.
 
     Returns:
@@ -100,10 +100,10 @@ def curve_agreement(
         weight of its points (`robust_weight`, near 1 where it agrees), and whether it is `odd`.
     """
     ones = np.ones(problem.curve_count)
-    if robust is None:
+    if robust_fit is None:
         none_odd = np.zeros(problem.curve_count, dtype=bool)
         return {"gain": ones, "robust_weight": ones, "odd": none_odd}
-    constants, weight_of_point = robust
+    constants, weight_of_point = robust_fit
     curve_of_point = problem.observations.curve_of_point
     fitted_mu = problem.residual(constants) + problem.mu
     largest_traction = np.maximum.reduceat(fitted_mu, problem.first_point_of_curve)
@@ -129,11 +129,11 @@ def curve_agreement(
     remaining_sse = sums_by_curve((problem.mu - gain[curve_of_point] * fitted_mu) ** 2)
     scatter = np.sqrt(remaining_sse / sum_of_squares) / gain
     mean_weight = sums_by_curve(weight_of_point) / point_count
-    is_odd = _odd(gain, mean_weight, scatter, settings)
+    is_odd = _is_odd(gain, mean_weight, scatter, settings)
     return {"gain": gain, "robust_weight": mean_weight, "odd": is_odd}
 
 
-def _odd(
+def _is_odd(
     gain: FloatArray, mean_weight: FloatArray, scatter: FloatArray, settings: FitSettings
 ) -> BoolArray:
     """Whether each curve does not belong to the others: odd curves pull the plain fit away.

@@ -81,29 +81,35 @@ class RunAssumptions:
             if sizes_of_rigs:
                 expected_sizes[size_name] = float(np.sqrt(np.mean(np.square(sizes_of_rigs))))
         return cls(
-            _widths_of(same_condition),
+            _level_widths(same_condition),
             _errors_with_medians(expected_sizes),
             tuple(names_not_stated),
             None if rig_name_of_run is None else tuple(rig_name_of_run),
         )
 
     @classmethod
-    def from_tables(cls, row: Mapping[str, Any], sizes: pd.DataFrame) -> "RunAssumptions":
+    def from_tables(
+        cls, surface_row: Mapping[str, Any], size_rows: pd.DataFrame
+    ) -> "RunAssumptions":
         """The assumptions of a surface.
 
         Args:
-            row: The oil's row of the table `surfaces`.
-            sizes: Its rows of the table `surface_sizes`.
+            surface_row: The oil's row of the table `surfaces`.
+            size_rows: Its rows of the table `surface_sizes`.
         """
-        expected_logarithms = sizes[sizes["search"] == _EXPECTED].set_index("size")["logarithm"]
+        expected_logarithms = size_rows[size_rows["search"] == _EXPECTED].set_index("size")[
+            "logarithm"
+        ]
         widths = LevelWidths(
-            row["level_width_pressure"], row["level_width_speed"], row["level_width_temperature_k"]
+            surface_row["level_width_pressure"],
+            surface_row["level_width_speed"],
+            surface_row["level_width_temperature_k"],
         )
-        rig_names = row["rig_of_runs"]
+        rig_names = surface_row["rig_of_runs"]
         return cls(
             widths,
             _errors_with_medians(np.exp(expected_logarithms).to_dict()),
-            tuple(row["usual_errors"]),
+            tuple(surface_row["usual_errors"]),
             None if rig_names is None else tuple(rig_names),
         )
 
@@ -117,15 +123,19 @@ class RunAssumptions:
             other: The assumptions of the other oil.
         """
         widths = {
-            width.name: min(
-                getattr(self.level_widths, width.name), getattr(other.level_widths, width.name)
+            width_field.name: min(
+                getattr(self.level_widths, width_field.name),
+                getattr(other.level_widths, width_field.name),
             )
-            for width in fields(LevelWidths)
+            for width_field in fields(LevelWidths)
         }
         medians = {}
-        for size in fields(ErrorPriors):
-            sizes = [getattr(runs.error_sizes, size.name).median for runs in (self, other)]
-            medians[size.name] = float(np.sqrt(np.mean(np.square(sizes))))
+        for size_field in fields(ErrorPriors):
+            joined_sizes = [
+                getattr(assumptions.error_sizes, size_field.name).median
+                for assumptions in (self, other)
+            ]
+            medians[size_field.name] = float(np.sqrt(np.mean(np.square(joined_sizes))))
         # equal errors keep their last digit
         are_equal = self.error_sizes == other.error_sizes
         return RunAssumptions(
@@ -142,7 +152,7 @@ class RunAssumptions:
         """
         return tuple(sorted(set(self.rig_name_of_run or ())))
 
-    def columns(self) -> dict[str, Any]:
+    def surface_columns(self) -> dict[str, Any]:
         """The assumptions as columns of the table `surfaces`."""
         return {
             "level_width_pressure": self.level_widths.pressure,
@@ -164,7 +174,7 @@ class RunAssumptions:
         return rows
 
 
-def _widths_of(same_condition: SameConditionSettings) -> LevelWidths:
+def _level_widths(same_condition: SameConditionSettings) -> LevelWidths:
     """Largest range of the values of one level, from the configuration."""
     return LevelWidths(
         pressure=same_condition.max_hertz_pressure,

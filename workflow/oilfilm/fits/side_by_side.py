@@ -11,14 +11,14 @@ import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_MAGNITUDE
+from oilfilm.fits.conditions import LEAST_MAGNITUDES
 from oilfilm.fits.fitted import SLIP, FittedLaw
 from oilfilm.fits.oil_pairs import OilPair
 from oilfilm.surface.ratio import RatioSurface
 from oilfilm.surface.support import Support
 from oilfilm.traction.law import CONDITIONS
 
-# A value with its interval, as columns of `side_by_side`.
+# A value with its interval, as columns of `comparison_table`.
 MU_COLUMNS = ("traction_coefficient", "obs_ci_lower", "obs_ci_upper")
 RATIO_COLUMNS = ("ratio", "ratio_lower", "ratio_upper")
 _PREDICTED_COLUMNS = (*MU_COLUMNS, "outside", "over_limit")
@@ -65,11 +65,11 @@ def ratio_interval(
     # the ratio is smallest with the lower end of x and the upper end of y
     half_width = np.hypot(x_ends - x, (y_ends - y)[::-1])
     half_width[~np.isfinite(half_width)] = np.nan
-    side = np.array([[-1.0], [1.0]])
-    return np.asarray(np.exp(difference + side * half_width))
+    direction = np.array([[-1.0], [1.0]])
+    return np.asarray(np.exp(difference + direction * half_width))
 
 
-def middle_of_tested(
+def comparison_conditions(
     fits: Mapping[str, FittedLaw], given_conditions: Mapping[str, float]
 ) -> dict[str, float]:
     """Conditions for a comparison: those given, else the middle of the range that all fits tested.
@@ -120,12 +120,12 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
             "Say where to compare."
         )
     # values of these conditions may be 0 or below
-    has_no_logarithm = condition_name in LEAST_MAGNITUDE
+    has_no_logarithm = condition_name in LEAST_MAGNITUDES
     middle = (lowest + highest) / 2 if has_no_logarithm else np.sqrt(lowest * highest)
     return float(f"{middle:.3g}")
 
 
-def side_by_side(
+def comparison_table(
     fits: Mapping[str, FittedLaw],
     value_by_condition: Mapping[str, float],
     slips: Sequence[float] | FloatArray,
@@ -179,8 +179,8 @@ def _ratio_by_laws(frame: pd.DataFrame, first_frame: pd.DataFrame) -> pd.DataFra
         frame: mu of a fit with its interval, one row per slip.
         first_frame: mu of the first fit, the denominator, with its interval, one row per slip.
     """
-    mu, ends = _sizes_of_mu(frame)
-    first_mu, first_ends = _sizes_of_mu(first_frame)
+    mu, ends = _mu_magnitudes(frame)
+    first_mu, first_ends = _mu_magnitudes(first_frame)
     with np.errstate(invalid="ignore", divide="ignore"):
         ratio = mu / first_mu
     lower, upper = ratio_interval(mu, ends, first_mu, first_ends)
@@ -197,7 +197,7 @@ def _ratio_by_laws(frame: pd.DataFrame, first_frame: pd.DataFrame) -> pd.DataFra
     )
 
 
-def _sizes_of_mu(frame: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
+def _mu_magnitudes(frame: pd.DataFrame) -> tuple[FloatArray, FloatArray]:
     """|mu|, shape (slips,), and the ends of its interval, shape (2, slips).
 
     Traction is odd in slip, so that a ratio is that of the sizes.

@@ -19,7 +19,7 @@ from oilfilm import tables
 from oilfilm.base.levels import level_indices
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
-from oilfilm.fits.conditions import condition_level_numbers, fixed_from_text
+from oilfilm.fits.conditions import condition_level_numbers, fixed_conditions_from_json
 from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.steady_campaign import (
@@ -27,7 +27,7 @@ from oilfilm.fits.steady_campaign import (
     NO_CHANGE,
     MeasuredCampaign,
     change_columns,
-    runs_in_common,
+    members_by_common_label,
 )
 from oilfilm.settings.config import ConfigKeys
 from oilfilm.settings.resolved import Settings
@@ -39,10 +39,15 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 _LARGEST_RATIO = 1e6
 # Columns of measured conditions, which replace set points that no log states; in the order of
 # `NOMINAL_COLUMNS`.
-_MEASURED = ("max_hertz_pressure_gpa", "load_n", "entrainment_speed_m_s", "inlet_temperature_c")
+_MEASURED_CONDITIONS = (
+    "max_hertz_pressure_gpa",
+    "load_n",
+    "entrainment_speed_m_s",
+    "inlet_temperature_c",
+)
 
 
-def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFrame:
+def lack_of_fit_table(results: CampaignTables, settings: Settings) -> pd.DataFrame:
     """Table `lack_of_fit`: the residuals of each fit, split into noise and lack of fit.
 
     Args:
@@ -52,18 +57,20 @@ def noise_and_misfit(results: CampaignTables, settings: Settings) -> pd.DataFram
     """
     condition_of_run = _condition_of_run(results, settings)
     rows = []
-    for quality_row in tables.rows(results.configured.fit_quality):
+    for quality_row in tables.rows(results.configured_fits.fit_quality):
         row = {"oil": quality_row["oil"], "law": quality_row["law"], "verdict": "no fit"}
         if not np.isnan(quality_row["rmse"]):
             row.update(
-                _lack_of_one_fit(quality_row, results.configured, condition_of_run, settings)
+                _lack_of_fit_columns(
+                    quality_row, results.configured_fits, condition_of_run, settings
+                )
             )
         rows.append(row)
     # a row without a fit lacks most columns: they become null, 0 or empty
-    return tables.filled(pd.DataFrame(rows), "lack_of_fit")
+    return tables.filled_table(pd.DataFrame(rows), "lack_of_fit")
 
 
-def _lack_of_one_fit(
+def _lack_of_fit_columns(
     quality_row: dict[str, Any],
     results: CampaignTables,
     condition_of_run: "pd.Series[int]",
@@ -89,12 +96,12 @@ def _lack_of_one_fit(
     )
     slip = points_of_fit["slide_roll_ratio"].to_numpy(float)
     mu = points_of_fit["traction_coefficient"].to_numpy(float)
-    side = np.where(slip < 0, -1.0, 1.0)
+    slip_sign = np.where(slip < 0, -1.0, 1.0)
     # predictions come for blocks of points
     fitted_mu_of_blocks = [
         prediction.traction_coefficient for prediction in fit.predictions(mean_conditions, slip)
     ]
-    residual = side * (np.concatenate(fitted_mu_of_blocks) - mu)
+    residual = slip_sign * (np.concatenate(fitted_mu_of_blocks) - mu)
     has_residual = np.isfinite(residual)
     points_of_fit = points_of_fit[has_residual]
     residual = residual[has_residual]
@@ -158,10 +165,10 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     # each set point that is stated is moved to the value of its level, in its unit
     stated_set_points = results.table("runs", ["run_id", "oil", "rig", *NOMINAL_COLUMNS])
     runs = with_matched_set_points(stated_set_points, settings).set_index("run_id")
-    columns = ["run_id", "accepted", *_MEASURED]
+    columns = ["run_id", "accepted", *_MEASURED_CONDITIONS]
     # each part has all points of some runs
     means_of_parts = [
-        points[points["accepted"]].groupby("run_id")[list(_MEASURED)].mean()
+        points[points["accepted"]].groupby("run_id")[list(_MEASURED_CONDITIONS)].mean()
         for points in results.parts_of_runs("points", columns)
     ]
     means = pd.concat(means_of_parts).reindex(runs.index)
@@ -169,7 +176,7 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     load_set_points = NOMINAL_COLUMNS[:2]
     is_load_stated = runs[list(load_set_points)].notna().any(axis=1)
     labels = runs[["oil", "rig"]].assign(load_noted=is_load_stated)
-    for name, measured in zip(NOMINAL_COLUMNS, _MEASURED, strict=True):
+    for name, measured in zip(NOMINAL_COLUMNS, _MEASURED_CONDITIONS, strict=True):
         is_stated = is_load_stated if name in load_set_points else runs[name].notna()
         level_number = condition_level_numbers(
             measured, means[measured].to_numpy(float), settings.same_condition
@@ -256,9 +263,9 @@ def lack_of_fit(
     mean_residuals = np.bincount(pair_of_point, residual) / np.bincount(pair_of_point)
     cell_of_pair = distinct_cells_and_runs[:, 0]
     values_per_cell = np.bincount(cell_of_pair)
-    pure_degrees = len(mean_residuals) - len(values_per_cell)
-    fit_degrees = len(values_per_cell) - constant_count
-    if pure_degrees == 0 or fit_degrees <= 0:
+    pure_error_freedom = len(mean_residuals) - len(values_per_cell)
+    lack_of_fit_freedom = len(values_per_cell) - constant_count
+    if pure_error_freedom == 0 or lack_of_fit_freedom <= 0:
         nan = float("nan")
         return LackOfFit(
             repeat_count, repeated_condition_count, noise=nan, form_rms=nan, ratio=nan, limit=nan
@@ -267,13 +274,13 @@ def lack_of_fit(
     sse = float(np.sum(mean_residuals**2))
     # lack of fit: the part of it that the means of cells have
     sse_of_cells = float(np.sum(sum_of_cell**2 / values_per_cell))
-    pure_sse = max(sse - sse_of_cells, sse / _LARGEST_RATIO)
-    ratio = sse_of_cells / fit_degrees / (pure_sse / pure_degrees)
+    pure_error_sse = max(sse - sse_of_cells, sse / _LARGEST_RATIO)
+    ratio = sse_of_cells / lack_of_fit_freedom / (pure_error_sse / pure_error_freedom)
     values_per_run = len(mean_residuals) / len(condition_of_run)
     limit = scipy.special.fdtri(
-        fit_degrees / values_per_run, pure_degrees / values_per_run, CONFIDENCE
+        lack_of_fit_freedom / values_per_run, pure_error_freedom / values_per_run, CONFIDENCE
     )
-    noise = _between_runs(residual, pair_of_point, cell_of_pair, cell_of_point)
+    noise = _sd_between_runs(residual, pair_of_point, cell_of_pair, cell_of_point)
     # the constants have taken up a part of the noise
     noise_in_residuals = (1 - constant_count / len(residual)) * noise**2
     unexplained = float(np.mean(residual**2)) - noise_in_residuals
@@ -281,7 +288,7 @@ def lack_of_fit(
     return LackOfFit(repeat_count, repeated_condition_count, noise, form_rms, ratio, float(limit))
 
 
-def _between_runs(
+def _sd_between_runs(
     residual: FloatArray,
     pair_of_point: IndexArray,
     cell_of_pair: IndexArray,
@@ -295,14 +302,14 @@ def _between_runs(
         cell_of_pair: Index of the cell of each pair, shape (pairs,).
         cell_of_point: Index of the cell of each point, shape (points,).
     """
-    within_runs = np.bincount(cell_of_pair, _squared_differences(residual, pair_of_point))
-    between_runs = _squared_differences(residual, cell_of_point) - within_runs
+    squares_within_runs = np.bincount(cell_of_pair, _squared_differences(residual, pair_of_point))
+    squares_between_runs = _squared_differences(residual, cell_of_point) - squares_within_runs
     # couples of points, in either order and of a point with itself
     ordered_couples_within_runs = np.bincount(cell_of_pair, np.bincount(pair_of_point) ** 2)
     couple_counts_between_runs = (np.bincount(cell_of_point) ** 2 - ordered_couples_within_runs) / 2
     run_counts = np.bincount(cell_of_pair)
     is_repeated = run_counts > 1
-    variances = between_runs[is_repeated] / (2 * couple_counts_between_runs[is_repeated])
+    variances = squares_between_runs[is_repeated] / (2 * couple_counts_between_runs[is_repeated])
     return float(np.sqrt(np.average(variances, weights=run_counts[is_repeated] - 1)))
 
 
@@ -322,7 +329,7 @@ def _squared_differences(values: FloatArray, group_of_value: IndexArray) -> Floa
 # ---------------------------------------------------------------- the verdict
 
 
-def with_configured_law(results: CampaignTables, law_name: str) -> CampaignTables:
+def with_configured_fits_marked(results: CampaignTables, law_name: str) -> CampaignTables:
     """The tables of every fit, with a mark at the fits of the configured law.
 
     Args:
@@ -333,16 +340,16 @@ def with_configured_law(results: CampaignTables, law_name: str) -> CampaignTable
     return results.replace(fit_quality=quality.assign(configured=quality["law"] == law_name))
 
 
-def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
+def finished_fit_tables(results: CampaignTables, settings: Settings) -> dict[str, pd.DataFrame]:
     """The tables `fit_quality`, `law_verdicts`, `lack_of_fit` and `soundness`, by name.
 
     The other tables of the fits stay as they are.
 
     Args:
         results: The tables of every fit, `points` and `runs`.
-        settings: `fit`, `steadiness`, `compare`, and those of `noise_and_misfit`.
+        settings: `fit`, `steadiness`, `compare`, and those of `lack_of_fit_table`.
     """
-    results = with_configured_law(results, settings.fit.law)
+    results = with_configured_fits_marked(results, settings.fit.law)
     quality = results.fit_quality
     limiting_stress_ratios = {}
     for oil in quality["oil"].unique():
@@ -355,22 +362,22 @@ def finished_fits(results: CampaignTables, settings: Settings) -> dict[str, pd.D
     results = results.replace(fit_quality=quality)
     finished = {"fit_quality": quality}
     finished["law_verdicts"] = best_laws(results, settings.compare.bic_difference_min)
-    finished["lack_of_fit"] = noise_and_misfit(results, settings)
-    finished["soundness"] = judged_fits(results, finished["lack_of_fit"], settings)
+    finished["lack_of_fit"] = lack_of_fit_table(results, settings)
+    finished["soundness"] = soundness_table(results, finished["lack_of_fit"], settings)
     return finished
 
 
-def judged_fits(
+def soundness_table(
     results: CampaignTables, lack_of_fit: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
 
     Args:
-        results: As in `finished_fits`.
+        results: As in `finished_fit_tables`.
         lack_of_fit: Table `lack_of_fit`.
         settings: `fit`, `surface` and `steadiness`.
     """
-    fits = results.configured
+    fits = results.configured_fits
     quality_row_by_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
     lack_verdict_by_oil = lack_of_fit.set_index("oil")["verdict"]
     rows = []
@@ -387,26 +394,26 @@ def judged_fits(
         # the points of a large campaign take more memory than its runs
         del points, accepted_points
         tables.release_memory()
-        verdict = verdict_of_fit(
+        verdict = soundness_row(
             quality_row,
             fitted,
             largest_slips,
             settings,
             runs=results.table("runs", LABEL_COLUMNS, oil=oil),
-            lack_shown=lack_verdict_by_oil.get(oil) == "shown",
+            is_lack_of_fit_shown=lack_verdict_by_oil.get(oil) == "shown",
         )
         rows.append({**verdict, "oil": oil, "law": quality_row["law"]})
     # every row has every column: nothing is to be filled
     return tables.from_rows(rows, "soundness")
 
 
-def verdict_of_fit(
+def soundness_row(
     quality_row: Mapping[str, Any],
     fitted: FittedLaw | None,
     points: pd.DataFrame,
     settings: ConfigKeys,
     runs: pd.DataFrame | None = None,
-    lack_shown: bool = False,
+    is_lack_of_fit_shown: bool = False,
 ) -> dict[str, Any]:
     """The row of the table `soundness` of one fit.
 
@@ -416,10 +423,10 @@ def verdict_of_fit(
         points: Its accepted points, or of each run that with the largest slip.
         settings: `fit`, `surface` and `steadiness`; a fit on arrays has no campaign's `Settings`.
         runs: `LABEL_COLUMNS` of the table of runs; without it no groups of runs are known.
-        lack_shown: Whether repeated runs show a lack of fit.
+        is_lack_of_fit_shown: Whether repeated runs show a lack of fit.
     """
     no_fit = fitted is None or np.isnan(quality_row["rmse"])
-    fixed_conditions = fixed_from_text(quality_row["fixed_conditions"])
+    fixed_conditions = fixed_conditions_from_json(quality_row["fixed_conditions"])
     is_condition_missing = any(fixed.is_unmeasured for fixed in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
     too_few_curves = surface is None or len(surface.run_ids) < settings.steadiness.curves_min
@@ -435,7 +442,7 @@ def verdict_of_fit(
             campaign = MeasuredCampaign.from_surface(surface)
             is_member_by_label = {}
             if runs is not None:
-                is_member_by_label = runs_in_common(campaign.run_ids, runs, points)
+                is_member_by_label = members_by_common_label(campaign.run_ids, runs, points)
             columns = change_columns(campaign, is_member_by_label, settings.steadiness)
     largest_misfit = max(run_scatter, settings.surface.largest_misfit)
     law_verdict = _first_that_holds(
@@ -448,7 +455,7 @@ def verdict_of_fit(
             # law's too, as the column `law_verdict` says
             "misfit": quality_row["relative_rms"] > settings.fit.odd_scatter
             or misfit > largest_misfit,
-            "lack of fit": lack_shown,
+            "lack of fit": is_lack_of_fit_shown,
             "too few curves": too_few_curves,
             # the next run's interval is wide between them; the law's own interval is not
             "two levels": surface is not None and surface.has_two_levels(),

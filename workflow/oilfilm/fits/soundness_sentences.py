@@ -21,7 +21,7 @@ def soundness_warnings(row: Mapping[str, Any]) -> list[str]:
     if row["campaign_verdict"] == "changed":
         sentences.append(_change_sentence(row))
     if row["law_verdict"] != "adequate":
-        sentence = _LAW_SENTENCES[row["law_verdict"]]
+        sentence = _SENTENCE_BY_LAW_VERDICT[row["law_verdict"]]
         sentences.append(sentence.format(misfit=row["misfit"], run_scatter=row["run_scatter"]))
     if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
         sentences.append("The runs are too few to show whether the campaign was steady.")
@@ -33,7 +33,7 @@ def soundness_warnings(row: Mapping[str, Any]) -> list[str]:
     return sentences
 
 
-def smallest_visible_changes(row: Mapping[str, Any]) -> str:
+def smallest_visible_changes_sentence(row: Mapping[str, Any]) -> str:
     """The smallest changes that a steady campaign would have shown; empty where it is not steady.
 
     Args:
@@ -43,8 +43,8 @@ def smallest_visible_changes(row: Mapping[str, Any]) -> str:
         return ""
     sentences = [
         "The runs are steady, if they were made in the order of their names.",
-        _smallest_seen_change(row, "trend", "drift over the runs"),
-        _smallest_seen_change(row, "step", "step at any run"),
+        _smallest_visible_change_sentence(row, "trend", "drift over the runs"),
+        _smallest_visible_change_sentence(row, "step", "step at any run"),
         "A change of runs that share no label, speed, load or temperature is seen if it is several "
         "times as large.",
     ]
@@ -58,31 +58,39 @@ def smallest_visible_changes(row: Mapping[str, Any]) -> str:
     return " ".join(sentences)
 
 
-def _smallest_seen_change(row: Mapping[str, Any], course: str, name: str) -> str:
+def _smallest_visible_change_sentence(
+    row: Mapping[str, Any], course: str, course_in_words: str
+) -> str:
     """The smallest changes of a course that would have been seen.
 
     Args:
         row: Row of the table `soundness`.
         course: trend or step, as in the names of columns.
-        name: Name of the course.
+        course_in_words: Name of the course in the sentence.
     """
-    seen_sizes, unseen = [], []
+    visible_sizes, invisible_quantities = [], []
     force_gain, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
     if np.isnan(force_gain):
-        unseen.append("the traction force")
+        invisible_quantities.append("the traction force")
     else:
-        seen_sizes.append(f"{force_gain:.1%} of the traction force")
+        visible_sizes.append(f"{force_gain:.1%} of the traction force")
     if np.isnan(temperature_k):
-        unseen.append("the temperature")
+        invisible_quantities.append("the temperature")
     else:
-        seen_sizes.append(f"{temperature_k:.1f} K")
-    if not seen_sizes:
-        return f"No {name} would have been seen."
-    seen_text = f"A {name} of {' or '.join(seen_sizes)} would most likely have been seen"
-    return f"{seen_text}, but none of {unseen[0]}." if unseen else f"{seen_text}."
+        visible_sizes.append(f"{temperature_k:.1f} K")
+    if not visible_sizes:
+        return f"No {course_in_words} would have been seen."
+    visible_text = (
+        f"A {course_in_words} of {' or '.join(visible_sizes)} would most likely have been seen"
+    )
+    return (
+        f"{visible_text}, but none of {invisible_quantities[0]}."
+        if invisible_quantities
+        else f"{visible_text}."
+    )
 
 
-_LAW_SENTENCES = {
+_SENTENCE_BY_LAW_VERDICT = {
     "none fits": "No law is adequate: the measurements depart from this one by {misfit:.1%} of mu, "
     "and runs scatter by {run_scatter:.1%}. Its constants describe the tested conditions, not the "
     "oil.",
@@ -99,7 +107,7 @@ _LAW_SENTENCES = {
     "no fit": "Nothing could be fitted.",
 }
 # What has the same effect on mu as an error of a sensor, by the sensor's quantity.
-_SAME_EFFECT = {
+_ALTERNATIVE_BY_CAUSE = {
     "traction force": "or the load is {other} than stated, the ball is worn or the oil "
     "is another one",
     "zero of the force": "or the force has an offset from another source",
@@ -119,14 +127,14 @@ def _change_sentence(row: Mapping[str, Any]) -> str:
             f"{row['change_size']:.0f} K; {effect}. Compare the labels of these runs with their "
             "logs."
         )
-    change = _change_and_alternative(row)
+    change = _change_clause(row)
     return (
-        f"The campaign is not steady. {_affected_runs(row)} {change}; {effect}. Check these runs "
-        "and their set-up, and leave out those that are wrong."
+        f"The campaign is not steady. {_affected_runs_clause(row)} {change}; {effect}. Check these "
+        "runs and their set-up, and leave out those that are wrong."
     )
 
 
-def _change_and_alternative(row: Mapping[str, Any]) -> str:
+def _change_clause(row: Mapping[str, Any]) -> str:
     """What changed, and what acts like it."""
     cause, size = row["change"], row["change_size"]
     if cause.endswith(" factor"):
@@ -138,15 +146,14 @@ def _change_and_alternative(row: Mapping[str, Any]) -> str:
     elif cause == "zero of the force":
         amount = f"{abs(size):.2g} of mu"
     if row["change_course"] == "season":
-        return (
-            f"the {cause} comes and goes by {amount}, {_SAME_EFFECT[cause].format(other='other')}"
-        )
+        alternative = _ALTERNATIVE_BY_CAUSE[cause].format(other="other")
+        return f"the {cause} comes and goes by {amount}, {alternative}"
     direction = "higher" if size > 0 else "lower"
-    alternative = _SAME_EFFECT[cause].format(other=direction)
+    alternative = _ALTERNATIVE_BY_CAUSE[cause].format(other=direction)
     return f"the {cause} reads {direction} by {amount}, {alternative}"
 
 
-def _affected_runs(row: Mapping[str, Any]) -> str:
+def _affected_runs_clause(row: Mapping[str, Any]) -> str:
     """Which runs a change is in; a trend and a season are in all runs and name none."""
     runs = row["changed_runs"]
     match row["change_course"]:

@@ -33,21 +33,21 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS
 from oilfilm.traction.law import CONDITIONS
 
 # Codes of the causes in the table, by the name of the effect of runs.
-CAUSES = {
+_CAUSE_BY_EFFECT = {
     "gain": "traction force",
     "zero": "zero of the force",
     "slip_scale": "slip",
     "temperature_k": "inlet temperature",
 }
-SWAPPED_LABELS = "temperature labels"
-FACTORS = {"speed": "speed factor", "slip": "slip factor"}
+_SWAPPED_LABELS = "temperature labels"
+_CAUSE_BY_MISREAD_QUANTITY = {"speed": "speed factor", "slip": "slip factor"}
 # Effects whose size is that of the truth: with a larger slip or a hotter contact than the log says,
 # the log reads too low.
-_READS_OPPOSITE = ("slip_scale", "temperature_k")
+_EFFECTS_OF_OPPOSITE_SIGN = ("slip_scale", "temperature_k")
 # Effects whose size is the logarithm of a factor.
-_IN_LOGARITHMS = ("gain", "slip_scale")
+_LOGARITHMIC_EFFECTS = ("gain", "slip_scale")
 # Rank correlation above which the order of the runs is that of a condition.
-_SAME_ORDER = 0.7
+_SAME_ORDER_CORRELATION = 0.7
 # Columns of the table of runs whose values runs may have in common.
 _GROUP_COLUMNS = ("rig", "log_kind", "reader", "encoding", "delimiter", "decimal_mark")
 _SET_POINT = re.compile(r"nominal_(.+)_(?:gpa|n|m_s|c)$")
@@ -62,12 +62,12 @@ class MeasuredCampaign:
     Attributes:
         surface: The surface.
         run_ids: Name of the run of each curve of its measurements.
-        errors: Expected sizes of the errors of the rig.
+        error_sizes: Expected sizes of the errors of the rig.
     """
 
     surface: Surface
     run_ids: tuple[str, ...]
-    errors: ErrorPriors
+    error_sizes: ErrorPriors
 
     @classmethod
     def from_surface(cls, oil_surface: OilSurface) -> "MeasuredCampaign":
@@ -90,7 +90,7 @@ class MeasuredCampaign:
         position[curves_by_name] = np.arange(len(self.run_ids))
         return position
 
-    def condition_in_order(self) -> str:
+    def condition_like_run_order(self) -> str:
         """Column of the condition in whose order the runs were made; empty if there is none."""
         correlation_by_condition = {}
         for condition_name, column in zip(
@@ -106,7 +106,11 @@ class MeasuredCampaign:
             correlation_by_condition,
             key=lambda condition_name: correlation_by_condition[condition_name],
         )
-        return condition_name if correlation_by_condition[condition_name] > _SAME_ORDER else ""
+        return (
+            condition_name
+            if correlation_by_condition[condition_name] > _SAME_ORDER_CORRELATION
+            else ""
+        )
 
     def relative_rms(self, log_mu_change: FloatArray) -> float:
         """Root-mean-square change of mu over that of mu.
@@ -117,13 +121,13 @@ class MeasuredCampaign:
         mu = self.surface.measurements.mu
         return float(np.sqrt(np.mean((mu * log_mu_change) ** 2) / np.mean(mu**2)))
 
-    def design(self) -> FloatArray:
+    def effect_slopes(self) -> FloatArray:
         """Derivative of ln mu with respect to each effect, shape (points, effects)."""
         measured = self.surface.measurements
         return effect_design(self.surface.log_mu, measured.point_conditions, measured.slip)
 
 
-def limits_of(settings: SteadinessSettings) -> SteadinessLimits:
+def steadiness_limits(settings: SteadinessSettings) -> SteadinessLimits:
     """The limits of a change from the configuration."""
     return SteadinessLimits(
         alarm=settings.alarm,
@@ -133,12 +137,12 @@ def limits_of(settings: SteadinessSettings) -> SteadinessLimits:
         longest_block=settings.longest_block,
         seen_at=settings.seen_at,
         confounded=settings.confounded,
-        usual=_in_logarithms(settings.usual),
-        largest=_in_logarithms(settings.largest),
+        usual=_change_sizes(settings.usual),
+        largest=_change_sizes(settings.largest),
     )
 
 
-def _in_logarithms(sizes: ChangeSizeSettings) -> ChangeSizes:
+def _change_sizes(sizes: ChangeSizeSettings) -> ChangeSizes:
     """Sizes of changes as the effects of runs have them."""
     return ChangeSizes(
         gain=float(np.log1p(sizes.traction_force)),
@@ -157,14 +161,16 @@ def change_columns(
 
     Args:
         campaign: The surface and its runs.
-        is_member_by_label: As `runs_in_common` gives them.
+        is_member_by_label: As `members_by_common_label` gives them.
         settings: When a change is named.
     """
-    limits = limits_of(settings)
+    limits = steadiness_limits(settings)
     covariance, position_in_time = campaign.surface.misfit_covariance, campaign.position_in_time
     change = largest_change(covariance, position_in_time, is_member_by_label, limits)
-    swap = likeliest_swap(campaign.surface, campaign.errors, limits)
-    misreading = likeliest_misreading(campaign.surface, is_member_by_label, campaign.errors, limits)
+    swap = likeliest_swap(campaign.surface, campaign.error_sizes, limits)
+    misreading = likeliest_misreading(
+        campaign.surface, is_member_by_label, campaign.error_sizes, limits
+    )
     alarms: list[tuple[float, dict[str, Any]]] = []
     if change is not None and change.is_alarm:
         alarms.append((change.score, _change_columns(campaign, change)))
@@ -186,10 +192,10 @@ def change_columns(
             for effect_name, size in size_by_effect.items():
                 # a change that no rig has is no cause
                 if size <= limits.largest.size_of(effect_name):
-                    is_relative = effect_name in _IN_LOGARITHMS
+                    is_relative = effect_name in _LOGARITHMIC_EFFECTS
                     seen_size = float(np.expm1(size)) if is_relative else size
                     columns[f"seen_{course}_{effect_name}"] = seen_size
-        columns["order_resembles"] = campaign.condition_in_order()
+        columns["order_resembles"] = campaign.condition_like_run_order()
     return columns
 
 
@@ -211,24 +217,24 @@ NO_CHANGE: dict[str, Any] = {
 
 def _change_columns(campaign: MeasuredCampaign, change: Change) -> dict[str, Any]:
     """The columns of a change of the rig."""
-    size = -change.size if change.effect_name in _READS_OPPOSITE else change.size
-    if change.effect_name in _IN_LOGARITHMS:
+    size = -change.size if change.effect_name in _EFFECTS_OF_OPPOSITE_SIGN else change.size
+    if change.effect_name in _LOGARITHMIC_EFFECTS:
         size = float(np.expm1(size))
     is_suspect = change.pattern > 0.5
     in_all_runs = change.kind in ("trend", "season")
     effect_index = EFFECT_NAMES.index(change.effect_name)
     measurements = campaign.surface.measurements
     log_mu_change = (
-        campaign.design()[:, effect_index]
+        campaign.effect_slopes()[:, effect_index]
         * change.size
         * change.pattern[measurements.curve_of_point]
     )
     return {
         "campaign_verdict": "changed",
-        "change": CAUSES[change.effect_name],
+        "change": _CAUSE_BY_EFFECT[change.effect_name],
         "change_course": _course(change.kind, is_suspect, campaign.position_in_time),
         "change_group": change.label,
-        "changed_runs": () if in_all_runs else _names_in_time(campaign, is_suspect),
+        "changed_runs": () if in_all_runs else _run_ids_in_time_order(campaign, is_suspect),
         "change_size": size,
         "change_relative_rms": campaign.relative_rms(log_mu_change),
     }
@@ -257,9 +263,9 @@ def _swap_columns(campaign: MeasuredCampaign, swap: LabelSwap) -> dict[str, Any]
     is_suspect = np.isin(np.arange(len(conditions)), swap.curve_indices)
     return {
         "campaign_verdict": "changed",
-        "change": SWAPPED_LABELS,
+        "change": _SWAPPED_LABELS,
         "change_course": "some runs",
-        "changed_runs": _names_in_time(campaign, is_suspect),
+        "changed_runs": _run_ids_in_time_order(campaign, is_suspect),
         "change_size": float(np.max(np.abs(differences))),
         "change_relative_rms": campaign.relative_rms(as_exchanged - as_labelled),
     }
@@ -273,16 +279,16 @@ def _misreading_columns(campaign: MeasuredCampaign, misreading: Misreading) -> d
     as_corrected = surface.log_mu(corrected.point_conditions, corrected.slip)
     return {
         "campaign_verdict": "changed",
-        "change": FACTORS[misreading.quantity],
+        "change": _CAUSE_BY_MISREAD_QUANTITY[misreading.quantity],
         "change_course": "group" if misreading.label else "some runs",
         "change_group": misreading.label,
-        "changed_runs": _names_in_time(campaign, misreading.is_misread),
+        "changed_runs": _run_ids_in_time_order(campaign, misreading.is_misread),
         "change_size": misreading.factor,
         "change_relative_rms": campaign.relative_rms(as_corrected - as_read),
     }
 
 
-def _names_in_time(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[str, ...]:
+def _run_ids_in_time_order(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[str, ...]:
     """Names of some runs in their order in time."""
     curves_by_time = np.argsort(campaign.position_in_time)
     return tuple(
@@ -290,7 +296,7 @@ def _names_in_time(campaign: MeasuredCampaign, is_suspect: BoolArray) -> tuple[s
     )
 
 
-def runs_in_common(
+def members_by_common_label(
     run_ids: Sequence[str], runs: pd.DataFrame, points: pd.DataFrame
 ) -> dict[str, BoolArray]:
     """Which runs have something in common, shape (runs,) each, by what it is.
@@ -311,7 +317,7 @@ def runs_in_common(
 def _labelled_runs(
     runs: pd.DataFrame, points: pd.DataFrame
 ) -> Iterator[tuple[str, "pd.Series[str] | pd.Index[str]"]]:
-    """What some runs have in common, and their names; see `runs_in_common`."""
+    """What some runs have in common, and their names; see `members_by_common_label`."""
     for column in _GROUP_COLUMNS:
         for value, runs_with_value in runs.groupby(column):
             yield f"{column} {value}", runs_with_value["run_id"]

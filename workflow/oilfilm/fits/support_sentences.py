@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 from oilfilm.surface.limits import SurfaceLimits
 
-_SENTENCES: dict[str, Callable[[SurfaceLimits], str]] = {
+_REASON_BY_SUPPORT: dict[str, Callable[[SurfaceLimits], str]] = {
     "spread_too_large": lambda limits: (
         "the tested conditions are too far away: it is known there to no better than "
         f"{limits.largest_spread:.0%} (surface.largest_spread)"
@@ -40,4 +40,4 @@ def why_no_support(support: str, limits: SurfaceLimits) -> str:
         support: A name of `oilfilm.surface.support.Support` in lower case.
         limits: Limits of the surface.
     """
-    return _SENTENCES[support](limits) if support in _SENTENCES else ""
+    return _REASON_BY_SUPPORT[support](limits) if support in _REASON_BY_SUPPORT else ""

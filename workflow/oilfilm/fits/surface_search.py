@@ -4,7 +4,7 @@ Decides: which law a surface stands on; when no law fits.
 """
 
 from collections.abc import Collection, Iterator
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,10 +14,10 @@ from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.best_law import best_laws
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_surface import (
-    COLUMN_OF_EFFECT,
-    LIMITS,
-    SEARCHES,
-    Contact,
+    COLUMN_BY_EFFECT,
+    LIMIT_NAMES,
+    SIZE_SEARCHES,
+    MeasuredContact,
     free_law,
     usable_measurements,
 )
@@ -42,7 +42,7 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import to_constants
 
 
-def surface_of_oil(
+def surface_tables_of_oil(
     results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig]
 ) -> CampaignTables:
     """The tables of the surface of one oil, without rows where it has none.
@@ -56,41 +56,65 @@ def surface_of_oil(
         settings: `compare`, `same_condition` and `surface`.
         rigs: The rigs of the campaign.
     """
-    basis = _basis_of_surface(results, oil, settings, rigs)
+    basis = _surface_basis(results, oil, settings, rigs)
     if basis is None:
-        return CampaignTables.in_memory(**{table: tables.empty(table) for table in SURFACE_TABLES})
-    law_name, law, measurements, assumptions = basis
+        return CampaignTables.from_frames(
+            **{table: tables.empty_table(table) for table in SURFACE_TABLES}
+        )
     tables.release_memory()
-    return searched_surface(oil, law_name, law, measurements, settings.surface, assumptions)
+    return searched_surface_tables(
+        oil,
+        basis.law_name,
+        basis.surface_law,
+        basis.measurements,
+        settings.surface,
+        basis.assumptions,
+    )
 
 
-def _basis_of_surface(
+class _SurfaceBasis(NamedTuple):
+    """What the surface of an oil is searched from.
+
+    Attributes:
+        law_name: Name of the law on which it stands.
+        surface_law: This law with its free constants.
+        measurements: The points.
+        assumptions: What is known of the runs.
+    """
+
+    law_name: str
+    surface_law: FreeLaw
+    measurements: Measurements
+    assumptions: RunAssumptions
+
+
+def _surface_basis(
     results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig]
-) -> tuple[str, FreeLaw, Measurements, RunAssumptions] | None:
-    """Name of the law of a surface, the law, the points, and what is known of the runs.
+) -> _SurfaceBasis | None:
+    """What the surface of an oil is searched from; None where it has none.
 
-    None without a surface. The table of points is not kept during the search.
+    The table of points is not kept during the search.
 
     Args:
-        results: As of `surface_of_oil`.
+        results: As of `surface_tables_of_oil`.
         oil: The oil.
-        settings: As of `surface_of_oil`.
+        settings: As of `surface_tables_of_oil`.
         rigs: The rigs of the campaign.
     """
     points = results.table("points", CURVE_COLUMNS, oil=oil)
     rig_name_of_run = _rig_of_runs(points, results.table("runs", ["run_id", "rig"]))
     assumptions = RunAssumptions.from_settings(settings.same_condition, rigs, rig_name_of_run)
-    contact = Contact.from_points(points[points["accepted"]])
-    for law_name in _laws_in_order(results, oil, settings.compare.bic_difference_min):
+    contact = MeasuredContact.from_points(points[points["accepted"]])
+    for law_name in _law_names_in_order(results, oil, settings.compare.bic_difference_min):
         fit = FittedLaw.from_tables(results.coefficients, oil, law=LAWS[law_name])
         constants = fit.coefficients.constants
         if not contact.has_surface(fit.law) or np.isnan(constants).any():
             continue
-        law = free_law(fit.law, constants, fit.coefficients.group_has_exponent, contact)
-        run_ids, measurements = usable_measurements(points, law, contact, assumptions)
+        surface_law = free_law(fit.law, constants, fit.coefficients.group_has_exponent, contact)
+        run_ids, measurements = usable_measurements(points, surface_law, contact, assumptions)
         if len(run_ids) < settings.surface.fewest_curves:
             break
-        return law_name, law, measurements, assumptions
+        return _SurfaceBasis(law_name, surface_law, measurements, assumptions)
     return None
 
 
@@ -112,16 +136,18 @@ def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:
 def with_surface(
     results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig] = ()
 ) -> CampaignTables:
-    """The tables of fits to one oil, with those of its surface; see `surface_of_oil`."""
-    surface_tables = surface_of_oil(results, oil, settings, rigs)
+    """The tables of fits to one oil, with those of its surface; see `surface_tables_of_oil`."""
+    surface_tables = surface_tables_of_oil(results, oil, settings, rigs)
     return results.replace(**{name: surface_tables.table(name) for name in SURFACE_TABLES})
 
 
-def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float) -> Iterator[str]:
+def _law_names_in_order(
+    results: CampaignTables, oil: str, bic_difference_min: float
+) -> Iterator[str]:
     """Names of the laws that need no properties of the oil, the preferred one first.
 
-    That is the configured law where it predicts curves left out as well as the best one does, then
-    the others by that error.
+    The preferred one is the configured law, if it predicts curves left out as well as the best one
+    does. The others follow by that error.
     """
     quality = results.fit_quality[results.fit_quality["oil"] == oil]
     by_error = quality.sort_values("left_out_rmse", kind="stable", na_position="last")
@@ -134,7 +160,7 @@ def _laws_in_order(results: CampaignTables, oil: str, bic_difference_min: float)
             yield law_name
 
 
-def searched_surface(
+def searched_surface_tables(
     oil: str,
     law_name: str,
     surface_law: FreeLaw,
@@ -152,7 +178,7 @@ def searched_surface(
         settings: Config's `surface`.
         assumptions: What is known of the runs.
     """
-    errors = assumptions.error_sizes
+    error_sizes = assumptions.error_sizes
     limits = SurfaceLimits(
         level=settings.level,
         largest_spread=settings.largest_spread,
@@ -162,27 +188,29 @@ def searched_surface(
         reach_in_ranges=settings.reach_in_ranges,
         largest_spread_of_bound=settings.largest_spread_of_bound,
     )
-    sizes = most_likely_surface_sizes(measurements, surface_law, errors)
-    surface = surface_from_sizes(measurements, surface_law, errors, sizes, limits)
-    factors = surface.interval_factors
-    tested = surface.measurements
-    prediction = surface.predict(tested.point_conditions, tested.slip)
-    mu_of_law = np.exp(surface_law.log_mu(tested.point_conditions, tested.slip))
+    sizes = most_likely_surface_sizes(measurements, surface_law, error_sizes)
+    surface = surface_from_sizes(measurements, surface_law, error_sizes, sizes, limits)
+    interval_factors = surface.interval_factors
+    ordered_measurements = surface.measurements
+    prediction = surface.predict(ordered_measurements.point_conditions, ordered_measurements.slip)
+    mu_of_law = np.exp(
+        surface_law.log_mu(ordered_measurements.point_conditions, ordered_measurements.slip)
+    )
     misfit = float(np.linalg.norm(mu_of_law - prediction.mu) / np.linalg.norm(prediction.mu))
-    effect_columns = [COLUMN_OF_EFFECT[effect] for effect in EFFECT_NAMES]
+    effect_columns = [COLUMN_BY_EFFECT[effect] for effect in EFFECT_NAMES]
     effect_sizes = np.exp(sizes.misfit)[: len(EFFECT_NAMES)]
     mu_errors_by_runs = prediction.mu * surface.sd_by_runs(effect_sizes)
     run_scatter = float(np.linalg.norm(mu_errors_by_runs) / np.linalg.norm(prediction.mu))
     next_run_sd = prediction.next_run_sd
-    if tested.rig_of_curve is not None:
-        next_run_sd = _sd_on_own_rigs(surface, tested.rig_of_curve)
+    if ordered_measurements.rig_of_curve is not None:
+        next_run_sd = _next_run_sd_on_own_rigs(surface, ordered_measurements.rig_of_curve)
     row = {
         "oil": oil,
         "law": law_name,
         "n_conditions": int(measurements.condition_of_curve().max()) + 1,
-        "interval_level": factors.level,
-        "point_factor": factors.point,
-        "curve_factor": factors.curve,
+        "interval_level": interval_factors.level,
+        "point_factor": interval_factors.point,
+        "curve_factor": interval_factors.curve,
         "misfit": misfit,
         "run_scatter": run_scatter,
         # a law that misses less than runs differ cannot be told from one that fits
@@ -191,10 +219,10 @@ def searched_surface(
         "rig_gain_sd": surface.covariance.sizes.rig_gain or np.nan,
         "search_converged": sizes.converged,
         **dict(zip(effect_columns, effect_sizes.tolist(), strict=True)),
-        **{limit: getattr(limits, limit) for limit in LIMITS},
-        **assumptions.columns(),
+        **{limit: getattr(limits, limit) for limit in LIMIT_NAMES},
+        **assumptions.surface_columns(),
     }
-    return CampaignTables.in_memory(
+    return CampaignTables.from_frames(
         surfaces=tables.from_rows([row], "surfaces"),
         surface_sizes=tables.from_rows(
             [*_size_rows(oil, sizes), *assumptions.size_rows(oil)], "surface_sizes"
@@ -208,7 +236,7 @@ def searched_surface(
     )
 
 
-def _sd_on_own_rigs(surface: Surface, rig_of_curve: IndexArray) -> FloatArray:
+def _next_run_sd_on_own_rigs(surface: Surface, rig_of_curve: IndexArray) -> FloatArray:
     """Standard deviation of ln mu in the next run at the measured points, on the rig of each.
 
     Args:
@@ -229,7 +257,7 @@ def _sd_on_own_rigs(surface: Surface, rig_of_curve: IndexArray) -> FloatArray:
 def _size_rows(oil: str, sizes: SurfaceSizes) -> list[dict[str, Any]]:
     """Rows of the table `surface_sizes`."""
     rows = []
-    for search in SEARCHES:
+    for search in SIZE_SEARCHES:
         logarithms = getattr(sizes, search).tolist()
         names = size_names(tells_rigs_apart=len(logarithms) > len(size_names()))
         for size_name, logarithm in zip(names, logarithms, strict=True):
@@ -244,17 +272,19 @@ def _constant_rows(
 
     Constants of a law that does not fit describe the plan of the tests, and have no errors.
     """
-    internal = surface_law.constants.copy()
-    internal[surface_law.is_free] = verdict.constants
-    constants = to_constants(surface_law.law, internal)
-    errors = np.full(len(constants), np.nan)
+    internal_constants = surface_law.constants.copy()
+    internal_constants[surface_law.is_free] = verdict.constants
+    constants = to_constants(surface_law.law, internal_constants)
+    standard_errors = np.full(len(constants), np.nan)
     if law_fits:
-        errors[surface_law.is_free] = verdict.standard_errors
+        standard_errors[surface_law.is_free] = verdict.standard_errors
     rows = []
-    for constant, value, error in zip(surface_law.law.constants, constants, errors, strict=True):
+    for constant, value, error in zip(
+        surface_law.law.constants, constants, standard_errors, strict=True
+    ):
         # the internal form of a factor is its logarithm
-        error_factor = abs(value) if constant.condition is None else 1.0
-        standard_error = float(error_factor * error)
+        value_per_internal = abs(value) if constant.condition is None else 1.0
+        standard_error = float(value_per_internal * error)
         row = {"oil": oil, "law": law_name, "constant": constant.name, "value": float(value)}
         rows.append({**row, "standard_error": standard_error})
     return [row for row, is_free in zip(rows, surface_law.is_free, strict=True) if is_free]

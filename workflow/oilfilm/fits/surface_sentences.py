@@ -10,8 +10,8 @@ import numpy as np
 import pandas as pd
 
 from oilfilm import tables
-from oilfilm.fits.measured_surface import ANOTHER, OilSurface
-from oilfilm.fits.soundness_sentences import smallest_visible_changes
+from oilfilm.fits.measured_surface import ANOTHER_RIG_NAME, OilSurface
+from oilfilm.fits.soundness_sentences import smallest_visible_changes_sentence
 from oilfilm.tables.campaign_tables import CampaignTables
 
 # Beginning of the warning that a rig spins.
@@ -42,11 +42,11 @@ def surface_sentences(
         return []
     (surface_row,) = surfaces
     sentences = [
-        misfit_beside_scatter(soundness_row["misfit"], soundness_row["run_scatter"]),
-        smallest_visible_changes(soundness_row),
-        end_of_search(surface_row["search_converged"]),
-        _errors_of_constants(results, oil),
-        _assumed_errors(surface_row["usual_errors"]),
+        misfit_sentence(soundness_row["misfit"], soundness_row["run_scatter"]),
+        smallest_visible_changes_sentence(soundness_row),
+        search_end_sentence(surface_row["search_converged"]),
+        _constant_errors_sentence(results, oil),
+        _assumed_errors_sentence(surface_row["usual_errors"]),
         rigs_sentence(surface_row["rig_of_runs"], surface_row["rig_gain_sd"]),
     ]
     return [sentence for sentence in sentences if sentence]
@@ -85,7 +85,7 @@ def spin_sentence(runs: pd.DataFrame, oil: str) -> str:
         oil: Name of the oil.
     """
     has_spin_warning = runs["warning"].map(
-        lambda warnings: any(w.startswith(_RIG_SPIN) for w in warnings)
+        lambda warnings: any(warning.startswith(_RIG_SPIN) for warning in warnings)
     )
     runs_of_oil = runs[(runs["oil"] == oil) & (runs["verdict"] == "accepted")]
     rig_names = sorted(
@@ -116,7 +116,7 @@ def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[st
         return [
             f"the next run is on one of the rigs {', '.join(rig_names)} (--rig for one of them)"
         ]
-    if rig_name == ANOTHER:
+    if rig_name == ANOTHER_RIG_NAME:
         return [
             f"the next run is on another rig: what rigs differ by is known from {len(rig_names)} "
             "rigs and from what was expected before the data"
@@ -124,7 +124,7 @@ def next_rig_sentences(oil_surface: OilSurface, rig_name: str | None) -> list[st
     return [f"the next run is on the rig {rig_name}"]
 
 
-def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
+def misfit_sentence(misfit: float, run_scatter: float) -> str:
     """The misfit of the law beside what runs scatter; empty where one is not known.
 
     Args:
@@ -139,16 +139,16 @@ def misfit_beside_scatter(misfit: float, run_scatter: float) -> str:
     )
 
 
-def end_of_search(converged: bool) -> str:
-    """That the search of a surface found no maximum; empty where it did."""
-    if converged:
+def search_end_sentence(has_converged: bool) -> str:
+    """That the search of a surface found no maximum, as a sentence; empty where it did."""
+    if has_converged:
         return ""
     return (
         "The search of the surface ended before its maximum: the interval rests on its last step."
     )
 
 
-def _errors_of_constants(results: CampaignTables, oil: str) -> str:
+def _constant_errors_sentence(results: CampaignTables, oil: str) -> str:
     """The errors of constants by the surface, beside those of the fit."""
     constants_of_surface = results.surface_constants
     constants_of_surface = constants_of_surface[constants_of_surface["oil"] == oil].set_index(
@@ -160,8 +160,10 @@ def _errors_of_constants(results: CampaignTables, oil: str) -> str:
             f"The surface gives no errors of the constants of {law}: the law departs too far from "
             "the measurements."
         )
-    fits = results.coefficients
-    constants_of_fit = fits[(fits["oil"] == oil) & (fits["law"] == law)].set_index("constant")
+    coefficients = results.coefficients
+    constants_of_fit = coefficients[
+        (coefficients["oil"] == oil) & (coefficients["law"] == law)
+    ].set_index("constant")
     ratio = (constants_of_surface["standard_error"] / constants_of_fit["standard_error"]).dropna()
     if ratio.empty:
         return ""
@@ -171,7 +173,7 @@ def _errors_of_constants(results: CampaignTables, oil: str) -> str:
     )
 
 
-def _assumed_errors(usual_error_names: list[str]) -> str:
+def _assumed_errors_sentence(usual_error_names: list[str]) -> str:
     """Which errors between runs the files of rigs do not state."""
     if not usual_error_names:
         return ""

@@ -12,7 +12,7 @@ import pandas as pd
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.descent import descend
-from oilfilm.fits.engine import Optimum, polish
+from oilfilm.fits.global_search import Optimum, polish
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 
 # Relative decrease of the SSE at which a refit ends. A refit is one draw from a distribution:
@@ -51,7 +51,7 @@ class Estimates:
     shifted_refits: FloatArray
 
     @property
-    def random_covariance(self) -> FloatArray:
+    def refit_covariance(self) -> FloatArray:
         """Covariance of the refits, shape (n, n); NaN where there are none."""
         if not len(self.refits):
             return np.full_like(self.naive_covariance, np.nan)
@@ -63,21 +63,21 @@ class Estimates:
 
         NaN for a quantity without spread.
         """
-        covariance = self.random_covariance if len(self.refits) else self.naive_covariance
+        covariance = self.refit_covariance if len(self.refits) else self.naive_covariance
         variances = np.diag(covariance)
         errors = np.sqrt(np.where(variances > 0, variances, np.nan))
         return np.asarray(covariance / np.outer(errors, errors))
 
-    def reported(self, problem: Problem) -> "Estimates":
+    def in_equation_form(self, problem: Problem) -> "Estimates":
         """The same for constants in the form of the law's equation, from internal constants."""
-        values = problem.reported(self.values)
+        values = problem.in_equation_form(self.values)
         # d X0 / d ln|X0| = X0
         slopes = np.where(problem.signs, values, 1.0)
         return Estimates(
             values=values,
             naive_covariance=self.naive_covariance * np.outer(slopes, slopes),
-            refits=problem.reported(self.refits),
-            shifted_refits=problem.reported(self.shifted_refits),
+            refits=problem.in_equation_form(self.refits),
+            shifted_refits=problem.in_equation_form(self.shifted_refits),
         )
 
 
@@ -130,7 +130,7 @@ def curve_bootstrap(
     return ends
 
 
-def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
+def cluster_robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
     """Covariance of the free internal constants by the residuals of whole curves, for few curves.
 
         V = (J^T J)^-1 [sum J_i^T A_i r_i r_i^T A_i J_i] (J^T J)^-1,  A_i = (I - H_ii)^(-1/2)
@@ -141,12 +141,12 @@ def robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
 
     Reference: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
     """
-    root = _root_of_covariance(problem, optimum)
+    root = _covariance_root(problem, optimum)
     return np.asarray(root @ root.T)
 
 
-def _root_of_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
-    """R with R R^T = `robust_covariance`, one column per curve, shape (free, curves)."""
+def _covariance_root(problem: Problem, optimum: Optimum) -> FloatArray:
+    """R with R R^T = `cluster_robust_covariance`, one column per curve, shape (free, curves)."""
     orthonormal, triangle = np.linalg.qr(problem.jacobian(optimum.constants))
     residual = problem.residual(optimum.constants)
     scores = []
@@ -162,10 +162,10 @@ def _root_of_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
     return np.asarray(np.linalg.solve(triangle, np.array(scores).T))
 
 
-def robust_draws(
+def cluster_robust_draws(
     problem: Problem, optimum: Optimum, draw_count: int, random: np.random.Generator
 ) -> FloatArray:
-    """Constants drawn about the optimum from `robust_covariance`, within the law's bounds.
+    """Constants drawn about the optimum from `cluster_robust_covariance`, within the law's bounds.
 
     Args:
         problem: What was fitted.
@@ -174,10 +174,10 @@ def robust_draws(
         random: Source of the draws.
 
     Returns:
-        Free internal constants, shape (count, free).
+        Free internal constants, shape (draws, free).
     """
     # not along eigenvectors, whose signs depend on the BLAS kernel
-    root = _root_of_covariance(problem, optimum)
+    root = _covariance_root(problem, optimum)
     draws = optimum.constants + random.standard_normal((draw_count, problem.curve_count)) @ root.T
     low, high = problem.free_bounds.T
     return np.clip(draws, low, high)
@@ -194,7 +194,7 @@ def draw_curves(design: FloatArray, resample_count: int, random: np.random.Gener
         random: Source of the draws.
 
     Returns:
-        Shape (count, curves).
+        Shape (resamples, curves).
     """
     curve_count = len(design)
     probabilities = np.full(curve_count, 1 / curve_count)
@@ -234,9 +234,13 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
         varied_conditions = data.conditions[:, problem.is_followed_condition]
         if not (np.isfinite(data.mu).all() and np.isfinite(varied_conditions).all()):
             return np.empty((0, len(optimum.constants)))
-        shifted = build_problem(problem.law, data, problem.is_followed_condition)
+        problem_of_shifted_points = build_problem(problem.law, data, problem.is_followed_condition)
         # the same constants are free and held
-        shifted_problem = replace(problem, observations=shifted.observations, mu=shifted.mu)
+        shifted_problem = replace(
+            problem,
+            observations=problem_of_shifted_points.observations,
+            mu=problem_of_shifted_points.mu,
+        )
         refits.append(polish(shifted_problem, optimum.constants).constants)
     return np.array(refits)
 

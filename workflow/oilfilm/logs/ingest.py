@@ -139,7 +139,7 @@ class IngestedLogs:
         frames = [frame for frame in self.samples_of_oil.values() if len(frame)]
         if len(frames) == 1:
             return frames[0]
-        return pd.concat(frames, ignore_index=True) if frames else tables.empty("samples")
+        return pd.concat(frames, ignore_index=True) if frames else tables.empty_table("samples")
 
 
 def ingest_logs(
@@ -228,8 +228,8 @@ def open_sample_files(
 ) -> Iterator[Callable[[base.LoggedRun], None]]:
     """Write the samples of runs one after the other: memory does not grow with their number.
 
-    A row group has complete runs: as many as `tables.ROW_GROUP` rows hold, or a single longer one.
-    The footer gets `content`, the digest of each run's samples.
+    A row group has complete runs: as many as `tables.ROWS_PER_GROUP` rows hold, or a single longer
+    one. The footer gets `content`, the digest of each run's samples.
 
     Args:
         path_of_oil: Name of an oil -> the file of its samples.
@@ -262,7 +262,7 @@ def open_sample_files(
             waiting_row_count = sum(
                 len(waiting_run) for waiting_run in waiting_runs_of_oil[run.oil_name]
             )
-            if waiting_row_count + len(run) > tables.ROW_GROUP:
+            if waiting_row_count + len(run) > tables.ROWS_PER_GROUP:
                 write_waiting(run.oil_name)
             waiting_runs_of_oil[run.oil_name].append(run)
 
@@ -495,7 +495,7 @@ def _run_row(run: base.LoggedRun, refusals: Iterable[base.Refusal]) -> dict[str,
 def _table_of_samples(runs: list[base.LoggedRun]) -> pd.DataFrame:
     """Table of samples of several runs, one below the other."""
     if not runs:
-        return tables.empty("samples")
+        return tables.empty_table("samples")
     row_counts = [len(run) for run in runs]
     run_index_of_row = np.repeat(np.arange(len(runs), dtype=np.int32), row_counts)
     run_ids = pd.Index([run.run_id for run in runs])

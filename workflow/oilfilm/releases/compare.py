@@ -23,12 +23,13 @@ from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.config import DriftSettings
 from oilfilm.traction import LAWS
 
-Row = tuple[str, ...]
+# A row of a table of texts: one text per column.
+TextRow = tuple[str, ...]
 # Largest change of a number by another BLAS or NumPy kernel, in standard errors.
 # `tests/workflow/test_kernels.py` compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
 # The text of a release whose lines are compared.
-_SUMMARY = "summary.txt"
+_SUMMARY_FILE = "summary.txt"
 
 
 @dataclass(frozen=True)
@@ -36,8 +37,8 @@ class DiffSection:
     """What differs between two releases in one respect, as a table of texts; no rows if nothing."""
 
     title: str
-    columns: Row
-    rows: Sequence[Row]
+    columns: TextRow
+    rows: Sequence[TextRow]
 
     def text(self) -> str:
         """An aligned table; control characters are escaped."""
@@ -140,7 +141,7 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     ]
     statements = list(changed_statements(before.read_table, after.read_table, drift.errors))
     input_sections.append(
-        DiffSection("Columns of tables", ("column", "A", "B"), _columns_of_one(before, after))
+        DiffSection("Columns of tables", ("column", "A", "B"), _unshared_columns(before, after))
     )
     try:
         changes_of_constants = _changes_of_constants(before, after)
@@ -175,7 +176,9 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
     )
 
 
-def _different_values(before_by_name: dict[str, str], after_by_name: dict[str, str]) -> list[Row]:
+def _different_values(
+    before_by_name: dict[str, str], after_by_name: dict[str, str]
+) -> list[TextRow]:
     """Rows of name, first and second value where the two differ; empty where one has none."""
     different_names = {name for name, _ in before_by_name.items() ^ after_by_name.items()}
     return [
@@ -194,9 +197,9 @@ def _kernel_note(environment_before: Environment, environment_after: Environment
         return ""
     surely_differ = environment_before.cpu != environment_after.cpu or both_are_known
     lines = ["Made with another kernel:" if surely_differ else "Perhaps made with another kernel:"]
-    for side, environment in (("A", environment_before), ("B", environment_after)):
+    for release_letter, environment in (("A", environment_before), ("B", environment_after)):
         blas = "BLAS unknown" if environment.blas is None else ", ".join(environment.blas)
-        lines.append(printable(f"  {side} {blas}; NumPy {environment.cpu or 'baseline'}"))
+        lines.append(printable(f"  {release_letter} {blas}; NumPy {environment.cpu or 'baseline'}"))
     lines.append(
         f"Differences of up to {KERNEL_CHANGE:g} standard errors are expected; of verdicts, none."
     )
@@ -250,7 +253,7 @@ def _value_by_key(tree: dict[str, Any]) -> dict[str, str]:
     return {str(name): str(value) for name, value in pd.json_normalize(tree).iloc[0].items()}
 
 
-def _columns_of_one(before: StoredRelease, after: StoredRelease) -> list[Row]:
+def _unshared_columns(before: StoredRelease, after: StoredRelease) -> list[TextRow]:
     """Columns that only one of two releases has, of the tables that both have.
 
     Versions of oilfilm add columns. Their values are not compared.
@@ -262,17 +265,19 @@ def _columns_of_one(before: StoredRelease, after: StoredRelease) -> list[Row]:
         if names_before is None or names_after is None:
             continue
         for name in sorted(set(names_before) ^ set(names_after)):
-            sides = ["there" if name in names else "" for names in (names_before, names_after)]
-            rows.append((f"{table_name}.{name}", *sides))
+            presence_texts = [
+                "there" if name in names else "" for names in (names_before, names_after)
+            ]
+            rows.append((f"{table_name}.{name}", *presence_texts))
     return rows
 
 
 def _changed_lines_of_summary(
     before: StoredRelease, after: StoredRelease, *, with_numbers: bool
-) -> list[Row]:
+) -> list[TextRow]:
     """The lines of the summary that differ; none where a release has no summary."""
-    lines_before = before.read_lines(_SUMMARY)
-    lines_after = after.read_lines(_SUMMARY)
+    lines_before = before.read_lines(_SUMMARY_FILE)
+    lines_after = after.read_lines(_SUMMARY_FILE)
     if lines_before is None or lines_after is None:
         return []
     return list(changed_lines(lines_before, lines_after, with_numbers=with_numbers))
@@ -286,7 +291,7 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
     coefficients = stored.read_table("coefficients")
     quality = stored.read_table("fit_quality")
     if coefficients is None or quality is None:
-        return tables.empty("coefficients"), tables.empty("fit_quality")
+        return tables.empty_table("coefficients"), tables.empty_table("fit_quality")
     lacks_a_fit = len(coefficients.merge(quality[["oil", "law"]])) != len(coefficients)
     quality = quality[quality["configured"]]
     has_unknown_law = not set(quality["law"]) <= set(LAWS)

@@ -21,18 +21,18 @@ from oilfilm.logs.raw_files import listing_text
 from oilfilm.settings.base import Group, key, optional
 from oilfilm.settings.messages import first_mistake
 
-MANIFEST = "manifest.json"
+MANIFEST_FILE = "manifest.json"
 # The manifest of a pin, which keeps only some of the files that its manifest names.
-PINNED_MANIFEST = "pinned-manifest.json"
-CHECKSUMS = "SHA256SUMS"  # the hashes of a manifest, for `sha256sum -c`
-SIGNATURE = "SHA256SUMS.sig"  # signature of the checksums, by `ssh-keygen`
+PINNED_MANIFEST_FILE = "pinned-manifest.json"
+CHECKSUMS_FILE = "SHA256SUMS"  # the hashes of a manifest, for `sha256sum -c`
+SIGNATURE_FILE = "SHA256SUMS.sig"  # signature of the checksums, by `ssh-keygen`
 # Files of a release that its manifest does not name.
-UNLISTED_FILES = {MANIFEST, PINNED_MANIFEST, CHECKSUMS, SIGNATURE}
-# Files of every release.
-CONFIG = "config.yaml"
-LOCK = "requirements.lock"
-ENVIRONMENT = "environment.json"
-CODE = "code"  # a folder
+UNLISTED_FILE_NAMES = {MANIFEST_FILE, PINNED_MANIFEST_FILE, CHECKSUMS_FILE, SIGNATURE_FILE}
+# Files and a folder of every release.
+CONFIG_FILE = "config.yaml"
+LOCK_FILE = "requirements.lock"
+ENVIRONMENT_FILE = "environment.json"
+CODE_FOLDER = "code"
 # Largest manifest that is read, in bytes: one with a hundred thousand files has about this size.
 MOST_BYTES = 1 << 25
 # A backslash separates folders on Windows. A line break would begin a line of SHA256SUMS.
@@ -92,7 +92,7 @@ def _without_null(keys: dict[str, Any]) -> dict[str, Any]:
     return {name: value for name, value in keys.items() if value is not None}
 
 
-class MadeFrom(Group):
+class ReleaseInputs(Group):
     """What a release was made from. The version depends on this only."""
 
     campaign: Annotated[str, Field(pattern=r"^[^./\\\x00-\x1f][^/\\\x00-\x1f]{0,99}$")] = key(
@@ -132,7 +132,7 @@ class Manifest(Group):
         "`oilfilm pin RELEASE`."
     )
     version: ShortText = key("<tag>-<12 hex digits>", min_length=1)
-    made_from: MadeFrom = key("What the release was made from.")
+    made_from: ReleaseInputs = key("What the release was made from.")
     files: Annotated[list[FileRecord], _RECORDS_MAX, FailFast()] = key(
         "Every file of the release but the manifest itself."
     )
@@ -143,7 +143,7 @@ class Manifest(Group):
 
     @classmethod
     def from_records(
-        cls, made_from: MadeFrom, files: list[FileRecord], samples: list[FileRecord]
+        cls, made_from: ReleaseInputs, files: list[FileRecord], samples: list[FileRecord]
     ) -> "Manifest":
         """The manifest of a release, with its version and the hash over its other keys."""
         content: dict[str, Any] = {
@@ -162,7 +162,7 @@ class Manifest(Group):
 
 def checksums(manifest: Manifest) -> str:
     """The hashes of a release in the form of `sha256sum -c`, that of the manifest first."""
-    hashes = {MANIFEST: sha256_of(manifest.text())}
+    hashes = {MANIFEST_FILE: text_sha256(manifest.text())}
     hashes |= {record.path: record.sha256 for record in manifest.files}
     return listing_text(hashes)
 
@@ -172,14 +172,14 @@ def canonical_json(content: Any) -> str:
     return json.dumps(content, indent=2, sort_keys=True, ensure_ascii=False) + "\n"
 
 
-def sha256_of(text: str) -> str:
+def text_sha256(text: str) -> str:
     """sha256 of a text in UTF-8, in hex."""
     return hashlib.sha256(text.encode()).hexdigest()
 
 
 def _digest_of_content(content: Any) -> str:
     """sha256 of a content's canonical JSON."""
-    return sha256_of(canonical_json(content))
+    return text_sha256(canonical_json(content))
 
 
 def records_digest(records: Iterable[FileRecord]) -> str:
@@ -195,14 +195,14 @@ def read_manifest(folder: Path) -> tuple[Manifest, bool]:
         OilfilmError: There is none, or its text is not that of `Manifest.text`: it is damaged,
             altered, of another format, or has a path that leads out of the folder.
     """
-    for name in (MANIFEST, PINNED_MANIFEST):
+    for name in (MANIFEST_FILE, PINNED_MANIFEST_FILE):
         path = folder / name
         if path.is_file() and not path.is_symlink():
-            return _parse(path), name == PINNED_MANIFEST
+            return _parse(path), name == PINNED_MANIFEST_FILE
     raise OilfilmError(
-        f"{folder}: is not a release: it holds no {MANIFEST}, nor {PINNED_MANIFEST} as a pin has. "
-        "`snakemake release` makes a release in results/releases/<campaign>, and `oilfilm pin` a "
-        "pin of it."
+        f"{folder}: is not a release: it holds no {MANIFEST_FILE}, nor {PINNED_MANIFEST_FILE} as a "
+        "pin has. `snakemake release` makes a release in results/releases/<campaign>, and "
+        "`oilfilm pin` a pin of it."
     )
 
 
@@ -262,19 +262,21 @@ def _contradiction(manifest: Manifest) -> str:
     for record in made_from.raw:
         if not re.match(r"data/raw/[^/]+/.", record.path):
             return f"names the raw log {record.path!r}; expected data/raw/<campaign>/<log>."
-    if len(record_by_path) < len(manifest.files) or record_by_path.keys() & UNLISTED_FILES:
+    if len(record_by_path) < len(manifest.files) or record_by_path.keys() & UNLISTED_FILE_NAMES:
         return "names a file twice, or itself."
     code_records = []
     for path, record in record_by_path.items():
-        if path.startswith(f"{CODE}/"):
-            code_records.append(record.model_copy(update={"path": path.removeprefix(f"{CODE}/")}))
+        if path.startswith(f"{CODE_FOLDER}/"):
+            code_records.append(
+                record.model_copy(update={"path": path.removeprefix(f"{CODE_FOLDER}/")})
+            )
     digest_of_file = {path: record.sha256 for path, record in record_by_path.items()}
-    digest_of_file[CODE] = records_digest(code_records)
+    digest_of_file[CODE_FOLDER] = records_digest(code_records)
     stated_digests = {
-        CODE: made_from.code,
-        CONFIG: made_from.config,
-        LOCK: made_from.lock,
-        ENVIRONMENT: _digest_of_content(made_from.environment.model_dump()),
+        CODE_FOLDER: made_from.code,
+        CONFIG_FILE: made_from.config,
+        LOCK_FILE: made_from.lock,
+        ENVIRONMENT_FILE: _digest_of_content(made_from.environment.model_dump()),
     }
     for name, digest in stated_digests.items():
         if digest_of_file.get(name) != digest:

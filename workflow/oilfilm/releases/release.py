@@ -21,24 +21,24 @@ from oilfilm.base.atomic_write import flush, make_folder, rename_flushed
 from oilfilm.base.digests import file_digest, files_below, files_of
 from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.base.home import REQUIREMENTS_LOCK_FILE, project_path
+from oilfilm.releases.code_tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.releases.compare import Comparison, compare
 from oilfilm.releases.manifest import (
-    CHECKSUMS,
-    CODE,
-    CONFIG,
-    ENVIRONMENT,
-    LOCK,
-    MANIFEST,
+    CHECKSUMS_FILE,
+    CODE_FOLDER,
+    CONFIG_FILE,
+    ENVIRONMENT_FILE,
+    LOCK_FILE,
+    MANIFEST_FILE,
     FileRecord,
-    MadeFrom,
     Manifest,
+    ReleaseInputs,
     canonical_json,
     checksums,
-    sha256_of,
+    text_sha256,
 )
 from oilfilm.releases.step_outputs import StepOutputs
 from oilfilm.releases.stored_release import StoredRelease
-from oilfilm.releases.tree import code_files, code_tree_digest, copy_file, environment
 from oilfilm.report.metadata import data_package
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.campaign import Campaign
@@ -46,7 +46,7 @@ from oilfilm.settings.messages import validated
 from oilfilm.settings.resolve import config_files_of
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from oilfilm.tables.samples_content import content_digest
+from oilfilm.tables.samples_content import samples_digest_and_row_count
 
 _REPORT = "report.html"
 # Folder of the samples below the results.
@@ -68,7 +68,8 @@ class FinishedRun:
         raw_digest_by_path: sha256 of each raw log when the run read it, by path. Empty for
             simulated logs, because the run writes them.
         step_listings: Files in which each step has listed the sha256 of its outputs.
-        copies_folder: Folder with the local copies of files in object storage.
+        copies_folder: Folder with the local copies of files in object storage; below it a file has
+            the path that it has below `root`.
     """
 
     root: Path
@@ -112,11 +113,11 @@ def make_release(run: FinishedRun, releases: Path) -> tuple[Path, bool]:
             it, or the release exists already with other content.
     """
     config_text = as_yaml(run.settings.plain_values())
-    made_from = MadeFrom(
+    made_from = ReleaseInputs(
         campaign=run.settings.campaign.name,
         data=run.settings.campaign.data,
         tag=run.settings.release.tag,
-        config=sha256_of(config_text),
+        config=text_sha256(config_text),
         code=code_tree_digest(run.home),
         lock=file_digest(run.home / REQUIREMENTS_LOCK_FILE),
         environment=environment(run.home),
@@ -185,7 +186,7 @@ def _refuse_damaged(run: FinishedRun, files: Mapping[str, Path]) -> None:
 
 
 def _collect_files(
-    run: FinishedRun, made_from: MadeFrom, config_text: str, folder: Path
+    run: FinishedRun, made_from: ReleaseInputs, config_text: str, folder: Path
 ) -> Manifest:
     """Copy every file of a release into a folder, and write its manifest.
 
@@ -194,17 +195,17 @@ def _collect_files(
     """
     result_files = run.files_below_results()
     _refuse_damaged(run, result_files)
-    source_by_path = {LOCK: run.home / REQUIREMENTS_LOCK_FILE}
+    source_by_path = {LOCK_FILE: run.home / REQUIREMENTS_LOCK_FILE}
     for path_in_release, path in result_files.items():
         if not path_in_release.startswith(_SAMPLES):
             source_by_path[path_in_release] = path
     for path_in_release, path in code_files(run.home).items():
-        source_by_path[f"{CODE}/{path_in_release}"] = path
+        source_by_path[f"{CODE_FOLDER}/{path_in_release}"] = path
     for path_in_release, path in source_by_path.items():
         copy_file(path, folder / path_in_release)
     text_by_path = {
-        CONFIG: config_text,
-        ENVIRONMENT: canonical_json(made_from.environment.model_dump()),
+        CONFIG_FILE: config_text,
+        ENVIRONMENT_FILE: canonical_json(made_from.environment.model_dump()),
         "tables/datapackage.json": data_package(
             run.settings, folder / "tables", folder.glob("tables/*.parquet")
         ),
@@ -219,8 +220,8 @@ def _collect_files(
         for path_in_release in files_below(folder)
     ]
     manifest = Manifest.from_records(made_from, records, _sample_records(result_files))
-    (folder / MANIFEST).write_bytes(manifest.text().encode("utf-8"))
-    (folder / CHECKSUMS).write_bytes(checksums(manifest).encode("utf-8"))
+    (folder / MANIFEST_FILE).write_bytes(manifest.text().encode("utf-8"))
+    (folder / CHECKSUMS_FILE).write_bytes(checksums(manifest).encode("utf-8"))
     return manifest
 
 
@@ -238,7 +239,7 @@ def _sample_records(result_files: Mapping[str, Path]) -> list[FileRecord]:
     bytes_per_row = 8 * (len(tables.columns("samples")) - 1)
     records = []
     for folder, files in sorted(files_of_oil.items()):
-        digest, row_count = content_digest(files)
+        digest, row_count = samples_digest_and_row_count(files)
         records.append(FileRecord(path=folder, sha256=digest, size=row_count * bytes_per_row))
     return records
 
@@ -322,7 +323,7 @@ def lay_out_rebuild(stored: StoredRelease, root: Path, folder: Path) -> Settings
         raise OilfilmError(
             f"{stored.folder}: config.yaml is not a configuration of this version of oilfilm "
             f"({error}). If the release was made by another version, rebuild it with a clone of "
-            f"that version; its code is in the folder {CODE}/ of the release."
+            f"that version; its code is in the folder {CODE_FOLDER}/ of the release."
         ) from error
     for path, text in text_by_config_path.items():
         target = folder / "config" / path

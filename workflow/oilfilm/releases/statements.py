@@ -204,10 +204,12 @@ def _statements_of_column(
 
 
 def _key_text(key: object) -> str:
+    """The key of a row as text."""
     return ", ".join(map(str, key)) if isinstance(key, tuple) else str(key)
 
 
 def _value_text(value: object) -> str:
+    """A value of a table as text."""
     if isinstance(value, tuple):
         return ", ".join(value) or "none"
     if value is None or value is pd.NA or (isinstance(value, float) and np.isnan(value)):

@@ -21,18 +21,18 @@ from oilfilm import tables
 from oilfilm.base.atomic_write import atomic_folder
 from oilfilm.base.digests import file_digest, files_below
 from oilfilm.base.errors import OilfilmError, printable
+from oilfilm.releases.code_tree import PINS, copy_file
 from oilfilm.releases.manifest import (
-    CHECKSUMS,
-    CONFIG,
-    PINNED_MANIFEST,
-    UNLISTED_FILES,
+    CHECKSUMS_FILE,
+    CONFIG_FILE,
+    PINNED_MANIFEST_FILE,
+    UNLISTED_FILE_NAMES,
     FileRecord,
     Manifest,
     checksums,
     is_inside,
     read_manifest,
 )
-from oilfilm.releases.tree import PINS, copy_file
 from oilfilm.settings.yaml_file import read_yaml
 from oilfilm.tables import MOST_BYTES_UNPACKED, READ_ERRORS, refuse_oversized
 
@@ -102,7 +102,7 @@ class StoredRelease:
         files_present = set(files_below(self.folder))
         sentences = [
             f"{printable(path)}: is extra: the manifest does not name it."
-            for path in files_present - UNLISTED_FILES - self.record_by_path.keys()
+            for path in files_present - UNLISTED_FILE_NAMES - self.record_by_path.keys()
         ]
         if self.is_pin:
             expected_records = [
@@ -114,7 +114,9 @@ class StoredRelease:
             # the file that `sha256sum -c` reads and that a signature covers
             checksums_text = checksums(self.manifest).encode()
             digest = sha256(checksums_text).hexdigest()
-            checksums_record = FileRecord(path=CHECKSUMS, sha256=digest, size=len(checksums_text))
+            checksums_record = FileRecord(
+                path=CHECKSUMS_FILE, sha256=digest, size=len(checksums_text)
+            )
             expected_records = [*self.record_by_path.values(), checksums_record]
             sentences.append(self._wrong_folder_name())
         sentences += [self.describe_mismatch(record) for record in expected_records]
@@ -232,7 +234,7 @@ class StoredRelease:
         Raises:
             OilfilmError: As in `checked_file`, or it is no YAML.
         """
-        path = self.checked_file(CONFIG, _MOST_CONFIG_BYTES)
+        path = self.checked_file(CONFIG_FILE, _MOST_CONFIG_BYTES)
         try:
             return read_yaml(path).values
         except RecursionError:
@@ -260,7 +262,7 @@ def pin(release: Path, root: Path) -> Path:
         for path in _PINNED_FILES:
             if path in stored.record_by_path:
                 copy_file(stored.checked_file(path), temporary / path)
-        (temporary / PINNED_MANIFEST).write_bytes(stored.manifest.text().encode())
+        (temporary / PINNED_MANIFEST_FILE).write_bytes(stored.manifest.text().encode())
     return folder
 
 

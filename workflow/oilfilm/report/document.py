@@ -29,9 +29,9 @@ from oilfilm import tables
 from oilfilm.base import studies
 from oilfilm.report.names import gate_in_words, law_title, law_titles, load_variable_in_words
 
-_LIBRARY = Path(__file__).parents[1]
+_LIBRARY_FOLDER = Path(__file__).parents[1]
 # Templates of a study are named with its package.
-_TEMPLATES = (_LIBRARY, _LIBRARY.parent)
+_TEMPLATE_FOLDERS = (_LIBRARY_FOLDER, _LIBRARY_FOLDER.parent)
 UNKNOWN = "not known"
 _LINE_END = re.compile(r"[\r\n]+")
 
@@ -52,7 +52,7 @@ class Fact:
 
 
 @dataclass(frozen=True)
-class Entry:
+class FoldedEntry:
     """A folded entry of the page: a line, and the text that appears when a reader opens it.
 
     Attributes:
@@ -73,7 +73,7 @@ class Section:
     Attributes:
         anchor: Its name in addresses and templates, as `bearing`.
         title: Its heading.
-        facts: Its sentences (`facts` makes them).
+        facts: Its sentences (`facts_from_template` makes them).
         tables: Its tables; the text report has only those with `in_text`.
         entries: Details, which only the page shows.
         glossary: Words that only this section uses, with their meanings.
@@ -83,7 +83,7 @@ class Section:
     title: str
     facts: Sequence[Fact] = ()
     tables: Sequence["ShownTable"] = ()
-    entries: Sequence[Entry] = ()
+    entries: Sequence[FoldedEntry] = ()
     glossary: Mapping[str, str] = field(default_factory=dict)
 
     def __bool__(self) -> bool:
@@ -99,7 +99,7 @@ def meaning_by_word(sections: Iterable[Section]) -> dict[str, str]:
     return meanings
 
 
-def facts(template: str, **variables: Any) -> list[Fact]:
+def facts_from_template(template: str, **variables: Any) -> list[Fact]:
     """Facts made by a template.
 
     Args:
@@ -111,7 +111,8 @@ def facts(template: str, **variables: Any) -> list[Fact]:
         ValueError: A line of the template does not begin with a mark.
 
     Examples:
-        >>> facts("report/sections/laws.jinja", rows=[], tie="A tie by construction")[0].text
+        >>> template = "report/sections/laws.jinja"
+        >>> facts_from_template(template, rows=[], tie="A tie by construction")[0].text
         'A tie by construction.'
     """
     facts_so_far: list[Fact] = []
@@ -125,18 +126,18 @@ def facts(template: str, **variables: Any) -> list[Fact]:
                 # the first word may be a name: it keeps its small letter
                 facts_so_far.append(Fact(_with_end_mark(line_text), is_trouble=mark == "!"))
             case ">" if facts_so_far:
-                advice = f"{facts_so_far[-1].advice} {sentence(line_text)}".strip()
+                advice = f"{facts_so_far[-1].advice} {as_sentence(line_text)}".strip()
                 facts_so_far[-1] = replace(facts_so_far[-1], advice=advice)
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
     return facts_so_far
 
 
-def sentence(text: str) -> str:
+def as_sentence(text: str) -> str:
     """A text as a sentence: with a capital letter, and a full stop if it is no question.
 
     Examples:
-        >>> sentence("the log is cut"), sentence("is the log cut?")
+        >>> as_sentence("the log is cut"), as_sentence("is the log cut?")
         ('The log is cut.', 'Is the log cut?')
     """
     text = text.strip()
@@ -161,16 +162,16 @@ def _number_in_sentence(value: float, number_format: str = ".3g") -> str:
     return UNKNOWN if np.isnan(value) else format(value, number_format)
 
 
-def counted(count: int, noun: str) -> str:
+def count_with_noun(count: int, noun: str) -> str:
     """A count with its noun, as `1 log` or `2 logs`."""
     return f"{count} {noun}" if count == 1 else f"{count} {noun}s"
 
 
-def listed(values: Iterable[Any]) -> str:
+def joined_by_commas(values: Iterable[Any]) -> str:
     """Values joined by commas; in a mapping, each key with its count.
 
     Examples:
-        >>> listed(["4102", "4050"]), listed({"thin film": 3, "drift": 1})
+        >>> joined_by_commas(["4102", "4050"]), joined_by_commas({"thin film": 3, "drift": 1})
         ('4102, 4050', 'thin film 3, drift 1')
     """
     if isinstance(values, Mapping):
@@ -187,7 +188,7 @@ def _on_one_line(value: Any) -> Any:
 def _environment() -> Environment:
     """Jinja's environment of the documents, with their filters."""
     environment = Environment(
-        loader=FileSystemLoader(_TEMPLATES),
+        loader=FileSystemLoader(_TEMPLATE_FOLDERS),
         autoescape=False,  # noqa: S701  (plain text; the page's template escapes it)
         undefined=StrictUndefined,
         trim_blocks=True,
@@ -197,9 +198,9 @@ def _environment() -> Environment:
     environment.filters |= {
         "percent": _percent_in_sentence,
         "number": _number_in_sentence,
-        "counted": counted,
-        "listed": listed,
-        "sentence": sentence,
+        "counted": count_with_noun,
+        "listed": joined_by_commas,
+        "sentence": as_sentence,
         "law_title": law_title,
         "gate_in_words": gate_in_words,
     }
@@ -210,7 +211,7 @@ _NO_VALUE = "\N{EN DASH}"
 _MINUS = "\N{MINUS SIGN}"
 
 # A function from a value to the text of its cell.
-CellForm = Callable[[Any], str]
+CellFormatter = Callable[[Any], str]
 
 
 @dataclass(frozen=True)
@@ -220,7 +221,7 @@ class ShownColumn:
     Attributes:
         name: Name in the frame.
         heading: Printed above it.
-        form: Makes the text of a cell.
+        form: Function that makes the text of a cell from a value.
         unit: Unit of the printed values; that of the table's model if None.
         meaning: Meaning of the column; that of the table's model if None.
         is_number: Whether the values are numbers; the model decides where it has the column.
@@ -229,15 +230,15 @@ class ShownColumn:
 
     name: str
     heading: str
-    form: CellForm = str
+    form: CellFormatter = str
     unit: str | None = None
     meaning: str | None = None
     is_number: bool = False
     is_verdict: bool = False
 
-    def described(self, model: tables.Table) -> "ShownColumn":
+    def completed_by(self, model: tables.Table) -> "ShownColumn":
         """The column, completed with unit, meaning and type from the model of its table."""
-        if self.name not in model.names:
+        if self.name not in model.column_names:
             return replace(self, unit=self.unit or "")
         column = model[self.name]
         unit = column.shown_unit.replace("degC", "\N{DEGREE SIGN}C")
@@ -286,7 +287,7 @@ def format_by_error(error: float) -> str:
     return f".{int(decimals)}f"
 
 
-def number_form(number_format: str) -> CellForm:
+def number_formatter(number_format: str) -> CellFormatter:
     """The form of numbers in a format as `.3g`, with a minus sign for print; a dash for NaN."""
 
     def text(value: float) -> str:
@@ -295,18 +296,18 @@ def number_form(number_format: str) -> CellForm:
     return text
 
 
-def percent_form(decimals: int) -> CellForm:
+def percent_formatter(decimals: int) -> CellFormatter:
     """The form of shares, in percent with some decimals; a dash for NaN."""
-    form_of_percentage = number_form(f".{decimals}f")
+    formatter_of_percentage = number_formatter(f".{decimals}f")
 
     def text(share: float) -> str:
-        return _NO_VALUE if np.isnan(share) else f"{form_of_percentage(100 * share)} %"
+        return _NO_VALUE if np.isnan(share) else f"{formatter_of_percentage(100 * share)} %"
 
     return text
 
 
-# Forms by their names in `shown_tables.yaml`, beside formats of numbers and percentages.
-FORMS: dict[str, CellForm] = {
+# Formatters by their names in `shown_tables.yaml`, beside formats of numbers and percentages.
+CELL_FORMATTERS: dict[str, CellFormatter] = {
     "gate": gate_in_words,
     "law": law_title,
     "laws": law_titles,
@@ -340,7 +341,7 @@ def show_table(
         if column_name not in frame:
             continue
         column = _declared_column(column_name, declared_column)
-        columns.append(column if model is None else column.described(model))
+        columns.append(column if model is None else column.completed_by(model))
     shown_rows = frame[:rows_max]
     return ShownTable(
         name=name or declared_name,
@@ -375,16 +376,16 @@ def _declared_column(name: str, declared_column: str | Mapping[str, Any]) -> Sho
     if isinstance(declared_column, str):
         return ShownColumn(name, heading=declared_column)
     attributes = dict(declared_column)
-    attributes["form"] = _declared_form(attributes.get("form", ""))
+    attributes["form"] = _declared_formatter(attributes.get("form", ""))
     return ShownColumn(name, **attributes)
 
 
-def _declared_form(name: str) -> CellForm:
+def _declared_formatter(name: str) -> CellFormatter:
     """A form by its declared name: `law`, `.3g`, `1%`; plain text if empty."""
     if not name:
         return str
-    if name in FORMS:
-        return FORMS[name]
+    if name in CELL_FORMATTERS:
+        return CELL_FORMATTERS[name]
     if name.endswith("%"):
-        return percent_form(int(name.removesuffix("%")))
-    return number_form(name)
+        return percent_formatter(int(name.removesuffix("%")))
+    return number_formatter(name)

@@ -16,7 +16,7 @@ import pandas as pd
 
 from oilfilm.base.ties import first_smallest
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.conditions import LEAST_MAGNITUDE, level_numbers_by_gap
+from oilfilm.fits.conditions import LEAST_MAGNITUDES, level_numbers_by_gap
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.report.names import CONDITION_TEXTS, oil_colour
@@ -54,7 +54,8 @@ class Axis:
         steps: Number of steps from `low` to `high`.
         digits: Decimals of every value.
         start: First value.
-        idle: True where no fit depends on it: it was tested at one level, or is not known.
+        idle: Whether no fit depends on it, because it was tested at one level or is not known. The
+            page then hides its slider.
     """
 
     name: str
@@ -67,7 +68,9 @@ class Axis:
     idle: bool = False
 
     @classmethod
-    def over(cls, name: str, low: float, high: float, start: float, idle: bool = False) -> "Axis":
+    def with_round_steps(
+        cls, name: str, low: float, high: float, start: float, idle: bool = False
+    ) -> "Axis":
         """A slider over `low` to `high`; the step is a power of ten that gives 100 steps or more.
 
         Args:
@@ -157,7 +160,7 @@ def explored_fits(results: CampaignTables, load_n_at_1_gpa: float | None) -> dic
         load_n_at_1_gpa: As of the function `load_at_1_gpa`; laws of load need it.
     """
     fit_by_oil = {}
-    for oil in results.configured.fit_quality["oil"]:
+    for oil in results.configured_fits.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
         lacks_constants = np.isnan(fit.coefficients.constants).any()
         lacks_load = load_n_at_1_gpa is None and _LOAD in fit.law.conditions
@@ -201,7 +204,7 @@ def sliders(
         idle = name != "slide_roll_ratio" and not any(
             fit.coefficients.group_has_exponent[index] for fit in fit_by_oil.values()
         )
-        axes.append(Axis.over(name, low, high, start, idle))
+        axes.append(Axis.with_round_steps(name, low, high, start, idle))
     return axes
 
 
@@ -291,15 +294,15 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
         conditions[:, axis["column"]] = mesh.ravel()
     slip = meshes[-1].ravel()
     conditions_on_line = fit.at_tested_levels(conditions)
-    surface_answer = surface.answer(
+    surface_prediction = surface.predict(
         fit.law, conditions_on_line, slip, CONFIDENCE, whole_curve=False
     )
     law_mu = fit.without_interval().predict(conditions_on_line, slip).traction_coefficient
     return {
         "axes": [{key: axis[key] for key in ("column", "scale", "nodes")} for axis in axes],
-        "shift": as_json(np.log(surface_answer.mu / law_mu), _DIGITS),
-        "half": as_json(np.log(surface_answer.upper / surface_answer.mu), _DIGITS),
-        "curve": surface.factors.curve / surface.factors.point,
+        "shift": as_json(np.log(surface_prediction.mu / law_mu), _DIGITS),
+        "half": as_json(np.log(surface_prediction.upper / surface_prediction.mu), _DIGITS),
+        "curve": surface.interval_factors.curve / surface.interval_factors.point,
         "answers": surface.no_law_fits,
     }
 
@@ -319,7 +322,7 @@ def _axes_of_conditions(fit: FittedLaw, tested_conditions: FloatArray) -> list[d
     for column_index, name in enumerate(fit.law.conditions):
         if name in fixed_names:
             continue
-        is_linear = name in LEAST_MAGNITUDE
+        is_linear = name in LEAST_MAGNITUDES
         low, high = fit.coefficients.tested_box[column_index]
         if is_linear:
             nodes = _nodes_of_levels(tested_conditions[:, column_index], low, high)
@@ -364,7 +367,7 @@ def _fixed_conditions(fit: FittedLaw) -> list[dict[str, Any]]:
     conditions = []
     for fixed in fit.coefficients.fixed_conditions:
         condition = asdict(fixed)
-        condition["least_size"] = LEAST_MAGNITUDE.get(fixed.condition, 0.0)
+        condition["least_size"] = LEAST_MAGNITUDES.get(fixed.condition, 0.0)
         conditions.append(condition)
     return conditions
 
@@ -380,10 +383,10 @@ def _tested_lattice(fit: FittedLaw) -> list[dict[str, Any]]:
     fixed_names = {fixed.condition for fixed in coefficients.fixed_conditions}
     followed_names = [name for name in fit.law.conditions if name not in fixed_names]
     lattice = []
-    for name, step in zip(followed_names, fit.lattice.largest_steps, strict=True):
+    for name, step in zip(followed_names, fit.measured_coordinates.largest_steps, strict=True):
         if np.isfinite(step):
             tested_values = coefficients.tested_conditions[:, fit.law.conditions.index(name)]
-            is_logarithmic = name not in LEAST_MAGNITUDE
+            is_logarithmic = name not in LEAST_MAGNITUDES
             lattice.append(
                 {"condition": name, "step": step, "tested": tested_values, "log": is_logarithmic}
             )

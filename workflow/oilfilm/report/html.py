@@ -20,7 +20,7 @@ from oilfilm.report import captions
 from oilfilm.report.bearing_explorer import bearing_explorer_data
 from oilfilm.report.document import Section, meaning_by_word
 from oilfilm.report.explorer import explorer_data, law_script
-from oilfilm.report.names import texts_as_written, with_print_symbols
+from oilfilm.report.names import unchanged_text_pattern, with_print_symbols
 from oilfilm.report.release_id import UNRELEASED
 from oilfilm.report.sections.build import drawn_points
 from oilfilm.settings.resolved import Settings
@@ -115,7 +115,7 @@ def html_report(
     page_data["bearing"] = bearing_explorer_data(results, settings)
     context = {
         "sections": sections,
-        "as_written": texts_as_written(_names_of_users(results, settings)),
+        "as_written": unchanged_text_pattern(_names_of_users(results, settings)),
         "glossary": meaning_by_word(sections).items(),
         "settings": settings,
         "provenance": provenance,
@@ -124,7 +124,7 @@ def html_report(
         "style": _asset("page.css"),
         "equations": [
             (Markup(mathml(LAWS[name])), LAWS[name].source)  # noqa: S704  (our own text)
-            for name in dict.fromkeys(results.configured.coefficients["law"])
+            for name in dict.fromkeys(results.configured_fits.coefficients["law"])
         ],
         "gallery": pictures_by_category,
         "signals": signal_pictures,

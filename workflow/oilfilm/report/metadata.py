@@ -19,8 +19,8 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.settings.campaign import Source
 from oilfilm.settings.resolved import Settings
 
-_TYPES = {"text": "string", "texts": "array", "flag": "boolean"}
-_ORIGIN = {
+_FRICTIONLESS_TYPE = {"text": "string", "texts": "array", "flag": "boolean"}
+_SENTENCE_BY_DATA_KIND = {
     "simulated": "SIMULATED data: written by a program, not measured on a rig.",
     "measured": "Measured data.",
 }
@@ -107,7 +107,7 @@ def _description(settings: Settings) -> list[str]:
     creators = ", ".join(dataset.creators or ())
     sentences = [
         campaign.description,
-        _ORIGIN[campaign.data],
+        _SENTENCE_BY_DATA_KIND[campaign.data],
         f"Licence: {dataset.licence or _NOT_STATED}.",
         f"Creators: {creators or _NOT_STATED}.",
     ]
@@ -189,7 +189,7 @@ def _field(column: tables.Column) -> dict[str, Any]:
     }
     field = {
         "name": column.name,
-        "type": _TYPES.get(column.type, column.type),
+        "type": _FRICTIONLESS_TYPE.get(column.type, column.type),
         "description": column.meaning_here,
         "unit": "" if column.unit == tables.BY_ROW else column.unit,
         "caveat": column.caveat,

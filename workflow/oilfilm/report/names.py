@@ -98,7 +98,7 @@ def gate_in_words(gate_name: str) -> str:
     return gate_name.replace("_", " ")
 
 
-def texts_as_written(names: Iterable[str]) -> re.Pattern[str]:
+def unchanged_text_pattern(names: Iterable[str]) -> re.Pattern[str]:
     """Pattern of what the symbols of print must not change: quoted texts, and names of users.
 
     Args:
@@ -113,20 +113,22 @@ def texts_as_written(names: Iterable[str]) -> re.Pattern[str]:
     return re.compile(f"({'|'.join([*patterns, _QUOTED_TEXT])})")
 
 
-def with_print_symbols(text: str, as_written: re.Pattern[str] | None = None) -> str:
+def with_print_symbols(text: str, unchanged_pattern: re.Pattern[str] | None = None) -> str:
     """A sentence with the symbols of print in place of plain characters.
 
     Args:
         text: The sentence.
-        as_written: As `texts_as_written` gives it; where it is not given, no names are known.
+        unchanged_pattern: As `unchanged_text_pattern` gives it; where it is not given, no names
+            are known.
 
     Examples:
         >>> with_print_symbols("mu >= 0")
         'μ ≥ 0'
-        >>> with_print_symbols("mu-oil: mu of mu-3.csv", texts_as_written(["mu-oil", "mu-3.csv"]))
+        >>> names_of_logs = unchanged_text_pattern(["mu-oil", "mu-3.csv"])
+        >>> with_print_symbols("mu-oil: mu of mu-3.csv", names_of_logs)
         'mu-oil: μ of mu-3.csv'
     """
-    parts = (as_written or texts_as_written(())).split(text)
+    parts = (unchanged_pattern or unchanged_text_pattern(())).split(text)
     # every second part is as it was written
     parts[::2] = [_with_symbols(part) for part in parts[::2]]
     return "".join(parts)

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from oilfilm.base.errors import printable
 from oilfilm.base.text_table import markdown_table
 from oilfilm.report.captions import data_origin
-from oilfilm.report.document import Fact, Section, ShownTable, meaning_by_word, sentence
+from oilfilm.report.document import Fact, Section, ShownTable, as_sentence, meaning_by_word
 from oilfilm.settings.campaign import Campaign
 
 _CONTENTS_OF_RESULTS = (
@@ -36,10 +36,10 @@ def text_report(
     lines_on_files = [
         f"- {content}: results/{campaign.name}/{file}" for content, file in contents_of_results
     ]
-    glossary = meaning_by_word(sections).items()
+    words_and_meanings = meaning_by_word(sections).items()
     lines = [
-        sentence(f"Campaign {campaign.name}: {campaign.description}"),
-        sentence(data_origin(campaign)),
+        as_sentence(f"Campaign {campaign.name}: {campaign.description}"),
+        as_sentence(data_origin(campaign)),
         "",
     ]
     lines += _with_heading(answer.title, _section_lines(answer))
@@ -48,7 +48,7 @@ def text_report(
     for section in sections[1:]:
         lines += _with_heading(section.title, _section_lines(section))
     lines += _with_heading(
-        "Words", [f"- {word}: {sentence(meaning)}" for word, meaning in glossary]
+        "Words", [f"- {word}: {as_sentence(meaning)}" for word, meaning in words_and_meanings]
     )
     return "\n".join(map(printable, lines)).rstrip() + "\n"
 

@@ -48,7 +48,7 @@ class Job:
     @cached_property
     def input_tables(self) -> CampaignTables:
         """The tables among the inputs; each is read when it is first used."""
-        return CampaignTables.of_job(self.snakemake.input)
+        return CampaignTables.from_job(self.snakemake.input)
 
     def write(self, frame_by_table: Mapping[str, pd.DataFrame]) -> None:
         """Write each table to the output that the rule names after it.
@@ -71,7 +71,7 @@ class Job:
         for table_name in table_names:
             path = Path(self.snakemake.output[table_name])
             with tables.writing(
-                declaration_name(table_name), path, self.provenance, tables.ROW_GROUP
+                declaration_name(table_name), path, self.provenance, tables.ROWS_PER_GROUP
             ) as add_rows:
                 for block in self.input_tables.parts(table_name):
                     add_rows(block)
@@ -115,18 +115,18 @@ def job(snakemake: Any) -> Iterator[Job]:
             _refuse_altered_inputs(snakemake)
             settings = Settings.from_plain_values(snakemake.params.config)
             yield Job(snakemake, settings, _provenance(snakemake, settings))
-            _write_digests(snakemake.output)
+            _write_output_digests(snakemake.output)
             with log_path.open("a", encoding="utf-8") as remarks:
                 remarks.write("done\n")
     except OilfilmError as mistake:
-        _end(str(mistake), log_path)
+        _end_script(str(mistake), log_path)
     except OSError as error:
         fault = machine_fault(error)
         if not fault:
             raise
-        _end(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log_path)
+        _end_script(f"{fault} ({error}). Finished steps are kept: run snakemake again.", log_path)
     except MemoryError:
-        _end(
+        _end_script(
             "There is not enough memory for this step. Free some or raise the limit of the job, "
             "then run snakemake again. A smaller `split.runs` in config.yaml makes the shares of "
             "the logs smaller.",
@@ -155,7 +155,7 @@ def _refuse_altered_inputs(snakemake: Any) -> None:
                 listed_outputs.refuse_altered(project_path(file), file)
 
 
-def _write_digests(outputs: Any) -> None:
+def _write_output_digests(outputs: Any) -> None:
     """Write the sha256 of every output to the output `made`.
 
     A later step compares the file with it.
@@ -171,16 +171,16 @@ def _write_digests(outputs: Any) -> None:
     write_text(listing_text(digest_by_path), Path(listing_path))
 
 
-def say(text: str, stream: TextIO = sys.stdout) -> None:
+def print_line(text: str, stream: TextIO = sys.stdout) -> None:
     """Print a text; on a terminal it replaces the line of progress."""
     print(f"\x1b[K{text}" if stream.isatty() else text, file=stream, flush=True)
 
 
-def _end(sentence: str, log_path: Path) -> NoReturn:
+def _end_script(sentence: str, log_path: Path) -> NoReturn:
     """End the script with a sentence in its log and on the terminal."""
     with suppress(OSError):  # the disk may be full
         log_path.write_text(f"{sentence}\n", encoding="utf-8")
-    say(sentence, sys.stderr)
+    print_line(sentence, sys.stderr)
     sys.exit(1)
 
 
@@ -242,14 +242,14 @@ def digests_by_folder(digest_by_path: Mapping[str, str]) -> dict[str, str]:
         digest_by_path: Digest of each input. A key that is already a folder of logs stays as it is.
     """
     digest_of_input = {}
-    logs_by_folder: dict[str, dict[str, str]] = {}
+    digests_of_logs_by_folder: dict[str, dict[str, str]] = {}
     for path, digest in digest_by_path.items():
         *folders, _ = path.split("/")
         if folders[:2] == ["data", "raw"] and len(folders) > 2:
             folder = "/".join(folders[:3])
-            logs_by_folder.setdefault(folder, {})[path] = digest
+            digests_of_logs_by_folder.setdefault(folder, {})[path] = digest
         else:
             digest_of_input[path] = digest
-    for folder, logs in logs_by_folder.items():
-        digest_of_input[folder] = mapping_digest(logs)[:16]
+    for folder, digest_by_log in digests_of_logs_by_folder.items():
+        digest_of_input[folder] = mapping_digest(digest_by_log)[:16]
     return digest_of_input

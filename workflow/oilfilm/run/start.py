@@ -104,7 +104,7 @@ def start_python_by_name() -> None:
         sys.executable = python.name
 
 
-def bring_dates_back(folders: Iterable[Path]) -> None:
+def reset_future_dates(folders: Iterable[Path]) -> None:
     """Set dates in the future to the present, as after a clock was set back.
 
     Snakemake refuses an output that is older than its input.
@@ -150,7 +150,7 @@ def job_lock(snakemake_folder: Path) -> Iterator[None]:
 
 
 def _open_lock(snakemake_folder: Path) -> IO[bytes]:
+    """The open file of the lock, which is made if there is none."""
     snakemake_folder.mkdir(parents=True, exist_ok=True)
-    return (snakemake_folder / _LOCK_NAME).open(
-        "a+b"
-    )  # network file systems lock readable files only
+    # network file systems lock readable files only
+    return (snakemake_folder / _LOCK_NAME).open("a+b")

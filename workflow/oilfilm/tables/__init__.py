@@ -105,8 +105,8 @@ def _bytes_unpacked(file: Path, bytes_max: int) -> int:
     return byte_count
 
 
-def _is_list_of_texts(kind: arrow.DataType) -> bool:
-    return arrow.types.is_list(kind) and arrow.types.is_string(kind.value_type)
+def _is_list_of_texts(arrow_type: arrow.DataType) -> bool:
+    return arrow.types.is_list(arrow_type) and arrow.types.is_string(arrow_type.value_type)
 
 
 def release_memory() -> None:
@@ -119,16 +119,16 @@ def release_memory() -> None:
 
 def columns(table_name: str) -> list[str]:
     """Names of a table's columns, in order."""
-    return TABLES[table_name].names
+    return TABLES[table_name].column_names
 
 
-def empty(table_name: str) -> pd.DataFrame:
+def empty_table(table_name: str) -> pd.DataFrame:
     """The table with no rows and every column of its type."""
-    return _empty(table_name).copy()
+    return _cached_empty_table(table_name).copy()
 
 
 @cache
-def _empty(table_name: str) -> pd.DataFrame:
+def _cached_empty_table(table_name: str) -> pd.DataFrame:
     return pd.DataFrame(
         {column.name: pd.Series(dtype=column.dtype) for column in TABLES[table_name].columns}
     )
@@ -136,10 +136,10 @@ def _empty(table_name: str) -> pd.DataFrame:
 
 def from_rows(rows: list[dict[str, Any]], table_name: str) -> pd.DataFrame:
     """A table from one mapping per row; no rows give the empty table."""
-    return conform(pd.DataFrame(rows), table_name, "new rows") if rows else empty(table_name)
+    return conform(pd.DataFrame(rows), table_name, "new rows") if rows else empty_table(table_name)
 
 
-def filled(frame: pd.DataFrame, table_name: str, origin: str = "new rows") -> pd.DataFrame:
+def filled_table(frame: pd.DataFrame, table_name: str, origin: str = "new rows") -> pd.DataFrame:
     """Rows as a table; a value that they lack becomes null, 0, empty or the first text allowed.
 
     Raises:
@@ -206,7 +206,7 @@ def conform(
         OilfilmError: A column is missing, unknown, or holds what the contract forbids.
     """
     model = TABLES[table_name]
-    column_names = model.names if columns is None else list(columns)
+    column_names = model.column_names if columns is None else list(columns)
     _refuse_other_columns(frame.columns, column_names, table_name, origin, advice)
     frame = frame.reset_index(drop=True)
     values_by_column = {
@@ -324,12 +324,12 @@ def write(frame: pd.DataFrame, table_name: str, path: Path, provenance: Mapping[
     Raises:
         OilfilmError: The frame breaks the contract.
     """
-    with writing(table_name, path, provenance, ROW_GROUP) as add:
+    with writing(table_name, path, provenance, ROWS_PER_GROUP) as add:
         add(frame)
 
 
 # Rows that are in memory at once where a long table is written or read a part at a time.
-ROW_GROUP = 1 << 18
+ROWS_PER_GROUP = 1 << 18
 
 
 @contextmanager
@@ -410,7 +410,7 @@ def writing(
                     else remaining_parts[0]
                 )
             elif not group_count:
-                write_group(empty(table_name))
+                write_group(empty_table(table_name))
             footer = {"table": table_name, **provenance}
             metadata = {"oilfilm": json.dumps(footer, sort_keys=True, ensure_ascii=False)}
             encoded_schema = b64encode(schema.with_metadata(metadata).serialize())
@@ -443,7 +443,9 @@ def read(
             or breaks the contract.
     """
     if not paths:
-        return empty(table_name) if columns is None else empty(table_name)[list(columns)]
+        return (
+            empty_table(table_name) if columns is None else empty_table(table_name)[list(columns)]
+        )
     origin = str(paths[0]) if len(paths) == 1 else f"{paths[0]} and {len(paths) - 1} more"
     if row_filter:
         contents = [_rows_of_file(table_name, path, columns, row_filter) for path in paths]
@@ -470,11 +472,11 @@ def read_of_any_version(table_name: str, path: Path) -> pd.DataFrame:
     model = TABLES[table_name]
     names_in_file = column_names_of(path)
     is_repeated = len(set(names_in_file)) < len(names_in_file)
-    if is_repeated or set(names_in_file) == set(model.names):
+    if is_repeated or set(names_in_file) == set(model.column_names):
         return read(table_name, path)
     key_in_file = [name for name in names_in_file if name in model.key]
     _refuse_other_columns(key_in_file, model.key, table_name, str(path), _ADVICE_ON_OLD_FILES)
-    shared_names = [name for name in model.names if name in names_in_file]
+    shared_names = [name for name in model.column_names if name in names_in_file]
     _check_written_as(table_name, path, shared_names)
     content = _file_content(path, columns=shared_names)
     frame = conform(_as_frame([content]), table_name, str(path), _ADVICE_ON_OLD_FILES, shared_names)
@@ -505,7 +507,7 @@ def _rows_of_file(
 
     Arrow's own filter reads many row groups ahead, which takes as much memory as the whole table.
     """
-    column_names = TABLES[table_name].names if columns is None else list(columns)
+    column_names = TABLES[table_name].column_names if columns is None else list(columns)
     needed_names = list(dict.fromkeys([*column_names, *row_filter]))
     _check_written_as(table_name, path)
     schema = _schema(path)
@@ -680,7 +682,7 @@ def _check_written_as(table_name: str, path: Path, columns: Sequence[str] | None
             "and run snakemake again."
         )
     if columns is None:
-        columns = TABLES[table_name].names
+        columns = TABLES[table_name].column_names
         _refuse_other_columns(schema.names, columns, table_name, str(path), _ADVICE_ON_OLD_FILES)
     for column in [TABLES[table_name][name] for name in columns]:
         metadata = schema.field(column.name).metadata or {}

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.tables import empty, read, read_parts
+from oilfilm.tables import empty_table, read, read_parts
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.table_needs import FIT_TABLES, OPTIONAL_TABLES
 
@@ -21,7 +21,7 @@ CURVE_COLUMNS = (
     *("traction_coefficient", "traction_coefficient_se"),
 )
 # The same with the calibration of the sensors, for a fit.
-FITTED_POINTS = (
+FIT_POINT_COLUMNS = (
     *CURVE_COLUMNS,
     *("load_systematic_n", "traction_force_systematic_n"),
     *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
@@ -54,7 +54,7 @@ class CampaignTables:
         self._frames = dict(frames or {})
 
     @classmethod
-    def of_job(cls, inputs: Any) -> "CampaignTables":
+    def from_job(cls, inputs: Any) -> "CampaignTables":
         """The tables among the named inputs of a Snakemake job."""
         files = {}
         for name in set(inputs.keys()) & set(_table_names()):
@@ -63,7 +63,7 @@ class CampaignTables:
         return cls(files)
 
     @classmethod
-    def in_folder(cls, results: Path) -> "CampaignTables":
+    def from_folder(cls, results: Path) -> "CampaignTables":
         """The tables in the results folder of a campaign, as `results/demo`."""
         paths = {
             name: results / _FILE_BY_TABLE.get(name, f"tables/{name}.parquet")
@@ -76,7 +76,7 @@ class CampaignTables:
         return cls(files)
 
     @classmethod
-    def in_memory(cls, **frames: pd.DataFrame) -> "CampaignTables":
+    def from_frames(cls, **frames: pd.DataFrame) -> "CampaignTables":
         """Tables that are in memory; every other table is empty."""
         return cls(dict.fromkeys(_table_names(), ()), frames)
 
@@ -130,7 +130,7 @@ class CampaignTables:
             yield _selection(self._frames[name], columns, {})
         else:
             # a table without rows has one part, so that parts can be joined
-            yield _selection(empty(declaration_name(name)), columns, {})
+            yield _selection(empty_table(declaration_name(name)), columns, {})
             yield from read_parts(declaration_name(name), *self._files[name], columns=columns)
 
     def parts_of_runs(
@@ -162,7 +162,7 @@ class CampaignTables:
             yield rows_of_last_run
 
     @cached_property
-    def configured(self) -> "CampaignTables":
+    def configured_fits(self) -> "CampaignTables":
         """The same tables with only the fits of the configured law (`fit.law`), read when used."""
         return _TablesOfConfiguredLaw(self)
 

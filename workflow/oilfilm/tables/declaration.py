@@ -39,9 +39,9 @@ PHYSICAL_UNITS = (
 )
 UNITS = ("1", BY_ROW, *PHYSICAL_UNITS)
 Unit = Annotated[str, OneOf(UNITS)]
-# A share is a number from 0 to 1; a count is a whole number from 0; texts are a list, which may be
-# empty.
-Kind = Literal["number", "share", "count", "text", "texts", "flag"]
+# Types that a declaration may name. A share is a number from 0 to 1; a count is a whole number from
+# 0; texts are a list, which may be empty.
+DeclaredType = Literal["number", "share", "count", "text", "texts", "flag"]
 
 
 def _one_line(text: str) -> str:
@@ -65,7 +65,7 @@ class Limits(Group):
 class ColumnEntry(Limits):
     """One column, the same in every table that has it."""
 
-    type: Kind = yaml_key("Type of the values.", default="number")
+    type: DeclaredType = yaml_key("Type of the values.", default="number")
     unit: Unit | None = optional("Unit of a number; '1' for a plain number.")
     meaning: Sentence = yaml_key("What the column is, in every table.")
     caveat: Sentence | None = optional(

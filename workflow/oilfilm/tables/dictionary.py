@@ -31,9 +31,9 @@ from oilfilm.tables.declaration import (
 # Bound of every number, because infinity passes a plain lower bound. No quantity of a traction rig
 # comes near this one.
 LARGEST_NUMBER = 1e12
-Type = Literal["number", "integer", "text", "texts", "flag"]
+ColumnType = Literal["number", "integer", "text", "texts", "flag"]
 # A check over several columns: a complaint, or an empty text where all is well.
-Check = Callable[[pd.DataFrame], str]
+TableCheck = Callable[[pd.DataFrame], str]
 _DTYPES = {
     "number": "float64",
     "integer": "int64",
@@ -62,7 +62,7 @@ class Column:
     """
 
     name: str
-    type: Type
+    type: ColumnType
     unit: str
     meaning: str
     caveat: str = ""
@@ -127,7 +127,7 @@ class Table:
     no_key: str = ""
     caveats: str = ""
     references: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
-    checks: tuple[Check, ...] = ()
+    checks: tuple[TableCheck, ...] = ()
 
     @property
     def full_description(self) -> str:
@@ -136,15 +136,15 @@ class Table:
 
     def __getitem__(self, name: str) -> Column:
         """The column of that name, with what this table adds."""
-        return self._by_name[name]
+        return self._column_by_name[name]
 
     @property
-    def names(self) -> list[str]:
+    def column_names(self) -> list[str]:
         """Names of the columns, in order."""
-        return list(self._by_name)
+        return list(self._column_by_name)
 
     @cached_property
-    def _by_name(self) -> Mapping[str, Column]:
+    def _column_by_name(self) -> Mapping[str, Column]:
         return {column.name: column for column in self.columns}
 
     @cached_property
@@ -204,8 +204,8 @@ TABLES: dict[str, Table] = {}
 # Lists of columns that several tables share; `column_sets` in the files.
 _COLUMN_SETS: dict[str, ColumnList] = {}
 
-# Attributes of a column by the type that its declaration names, before its limits.
-_ATTRIBUTES_BY_KIND: dict[str, dict[str, Any]] = {
+# Attributes of a column by the type that its declaration names; its own limits replace them.
+_ATTRIBUTES_BY_DECLARED_TYPE: dict[str, dict[str, Any]] = {
     # infinity passes no bound
     "number": {
         "type": "number",
@@ -224,7 +224,7 @@ _DECLARED_COLUMN = "a declared column"
 _COLUMN_OF_TABLE = "a column of this table"
 
 
-def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
+def declare(path: Path, checks: Mapping[str, TableCheck] | None = None) -> None:
     """Add the columns and tables of a YAML file.
 
     Args:
@@ -255,13 +255,13 @@ def declare(path: Path, checks: Mapping[str, Check] | None = None) -> None:
 
 
 def _column(name: str, entry: ColumnEntry) -> Column:
-    values: dict[str, Any] = {"unit": entry.unit or ""}
-    values |= _ATTRIBUTES_BY_KIND[entry.type]
-    values |= _limits(entry)
-    return Column(name=name, meaning=entry.meaning, caveat=entry.caveat or "", **values)
+    attributes: dict[str, Any] = {"unit": entry.unit or ""}
+    attributes |= _ATTRIBUTES_BY_DECLARED_TYPE[entry.type]
+    attributes |= _limit_attributes(entry)
+    return Column(name=name, meaning=entry.meaning, caveat=entry.caveat or "", **attributes)
 
 
-def _limits(entry: Limits) -> dict[str, Any]:
+def _limit_attributes(entry: Limits) -> dict[str, Any]:
     """The limits that a declaration gives, as attributes of a column."""
     limits: dict[str, Any] = {}
     if entry.required is not None:
@@ -275,17 +275,17 @@ def _limits(entry: Limits) -> dict[str, Any]:
     return limits
 
 
-def _refined(name: str, refinement: Refinement) -> Column:
+def _refined_column(name: str, refinement: Refinement) -> Column:
     """A column as one table has it: same unit and meaning, other limits, a note."""
     return replace(
         COLUMNS[name],
         note=refinement.note or "",
         dictionary=refinement.dictionary,
-        **_limits(refinement),
+        **_limit_attributes(refinement),
     )
 
 
-def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) -> Table:
+def _table(name: str, entry: TableEntry, file: YamlFile, check: TableCheck | None) -> Table:
     key_path = ("tables", name)
     _refuse_unknown(
         entry.column_sets or [], _COLUMN_SETS, "a declared set", file, (*key_path, "column_sets")
@@ -303,7 +303,7 @@ def _table(name: str, entry: TableEntry, file: YamlFile, check: Check | None) ->
     )
     _refuse_unknown(entry.key or [], column_names, _COLUMN_OF_TABLE, file, (*key_path, "key"))
     columns = tuple(
-        _refined(column_name, refinements[column_name])
+        _refined_column(column_name, refinements[column_name])
         if column_name in refinements
         else COLUMNS[column_name]
         for column_name in column_names

@@ -9,6 +9,7 @@ import pandas as pd
 
 from oilfilm.tables import list_column
 
+# Name of the column.
 COLUMN = "failed_gates"
 # The gates of a plateau, as a table has them.
 GateNames = tuple[str, ...]

@@ -42,7 +42,7 @@ def reader_of_samples(paths: Iterable[Path]) -> Callable[[str], pd.DataFrame]:
     return lambda run_id: read_run("samples", [file_by_run[run_id]], run_id)
 
 
-def content_digest(paths: Iterable[Path]) -> tuple[str, int]:
+def samples_digest_and_row_count(paths: Iterable[Path]) -> tuple[str, int]:
     """sha256 of the samples in some files, and the number of their rows.
 
     Neither depends on how the runs are divided into files.

@@ -24,7 +24,7 @@ NOMINAL_COLUMNS = (
     "nominal_entrainment_speed_m_s",
     "nominal_inlet_temperature_c",
 )
-# Of a matrix, which is planned for each oil.
+# Columns of the conditions of a test matrix, which is planned for each oil.
 CONDITION_COLUMNS = ["oil", *NOMINAL_COLUMNS]
 
 
@@ -70,8 +70,8 @@ def planned_conditions(settings: Settings) -> pd.DataFrame:
         pressures_gpa = matrix.max_hertz_pressure_gpa
         speeds_m_s = matrix.entrainment_speed_m_s
         temperatures_c = matrix.inlet_temperature_c
-    levels_by_column = list(settings.oils), pressures_gpa, [math.nan], speeds_m_s, temperatures_c
-    planned = pd.DataFrame(itertools.product(*levels_by_column), columns=CONDITION_COLUMNS)
+    levels_of_columns = list(settings.oils), pressures_gpa, [math.nan], speeds_m_s, temperatures_c
+    planned = pd.DataFrame(itertools.product(*levels_of_columns), columns=CONDITION_COLUMNS)
     return planned.astype(dict.fromkeys(NOMINAL_COLUMNS, float))
 
 

@@ -39,7 +39,7 @@ def sorted_rows(
     """
     first_run_id_of_range = _first_run_id_of_range(row_count_of_run)
     if len(first_run_id_of_range) <= 1:
-        yield _in_order(read(table_name, *paths))
+        yield _by_run_and_row(read(table_name, *paths))
         return
     with tempfile.TemporaryDirectory(prefix=".sorted-", dir=folder) as temporary:
         range_paths = [
@@ -50,7 +50,7 @@ def sorted_rows(
         for path in range_paths:
             with arrow.ipc.open_file(path) as file:
                 rows = from_arrow(file.read_all())
-            yield _in_order(rows)
+            yield _by_run_and_row(rows)
 
 
 def _first_run_id_of_range(
@@ -58,9 +58,9 @@ def _first_run_id_of_range(
 ) -> "np.ndarray[tuple[int], np.dtype[np.object_]]":
     """The name of the first run of each range, in order."""
     # a run without rows is in no file
-    ordered = row_count_of_run[row_count_of_run > 0].sort_index()
-    range_number_of_run = (ordered.cumsum() - ordered) // _RANGE_ROW_COUNT
-    return ordered.index[~range_number_of_run.duplicated()].to_numpy(dtype=object)
+    ordered_counts = row_count_of_run[row_count_of_run > 0].sort_index()
+    range_number_of_run = (ordered_counts.cumsum() - ordered_counts) // _RANGE_ROW_COUNT
+    return ordered_counts.index[~range_number_of_run.duplicated()].to_numpy(dtype=object)
 
 
 def _spread(
@@ -87,6 +87,6 @@ def _spread(
                 writers[range_index].write_table(row_group.filter(range_of_row == range_index))
 
 
-def _in_order(rows: pd.DataFrame) -> pd.DataFrame:
+def _by_run_and_row(rows: pd.DataFrame) -> pd.DataFrame:
     """The rows in the order of run and first row."""
     return rows.sort_values(["run_id", "first_row"], ignore_index=True)

@@ -46,7 +46,7 @@ SURFACE_TABLES = ("surfaces", "surface_sizes", "surface_constants")
 OPTIONAL_TABLES = tuple(chain.from_iterable(_TABLE_NAMES_BY_NEED.values()))
 
 
-def lacking_tables(campaign: Campaign) -> frozenset[str]:
+def lacking_table_names(campaign: Campaign) -> frozenset[str]:
     """The names of the tables that a campaign does not have, because it lacks a part they need."""
     present_parts = set(campaign.studies)
     if campaign.torque is not None:

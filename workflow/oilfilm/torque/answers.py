@@ -218,7 +218,7 @@ def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[s
     """
     if not oils:
         table_names = ("bearing_answers", "variance_shares")
-        return {table_name: tables.empty(table_name) for table_name in table_names}
+        return {table_name: tables.empty_table(table_name) for table_name in table_names}
     bearing = settings.tested_bearing()
     points = operating_point_table(bearing, *duty_points(settings, bearing).T).drop_duplicates()
     has_shares = _is_evenly_spaced(len(points))

@@ -20,7 +20,7 @@ from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
 from oilfilm.bearing.resistance import Lubrication, momentum_torque_n_m
 from oilfilm.bearing.torque import palmgren_torque_n_m, skf_torque_n_m, torque_terms
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.measured_surface import OilSurface
 from oilfilm.physics.contact import Contact, Floats
@@ -345,7 +345,7 @@ def oils_in_bearings(
         if oil_properties is None or oil_name not in quality_row_of_oil:
             continue
         quality_row = quality_row_of_oil[oil_name]
-        available_laws = laws_of(oil_name, settings)
+        available_laws = laws_of_oil(oil_name, settings)
         fitted_law_names = set(coefficients.loc[coefficients["oil"] == oil_name, "law"])
         law_name_by_variable = _law_name_by_variable(
             quality_row["law"], fitted_law_names & set(available_laws)
@@ -490,7 +490,7 @@ def torque_table(
     measured_oil_names = set(measured_plateaus["oil"])
     measured_oils = [oil for oil in oils if oil.name in measured_oil_names]
     if not measured_oils:
-        return tables.empty("torque"), tables.empty("torque_inversion")
+        return tables.empty_table("torque"), tables.empty_table("torque_inversion")
     groups: list[CaseGroup] = []
     for oil in measured_oils:
         plateaus_with_oil = measured_plateaus[measured_plateaus["oil"] == oil.name]
@@ -787,7 +787,7 @@ def _cage_slip_map(
         temperatures_c: Oil temperatures.
     """
     if not oils or not temperatures_c:
-        return tables.empty(table_name)
+        return tables.empty_table(table_name)
     bearing = settings.tested_bearing()
     temperature_c, pitch_speed_mm_rpm, load_n = np.meshgrid(
         temperatures_c, pitch_speeds_mm_rpm, loads_n, indexing="ij"
@@ -815,7 +815,7 @@ def size_effect_table(oils: Sequence[OilInBearing], settings: Settings) -> pd.Da
     surface speed at every ball size.
     """
     if not oils:
-        return tables.empty("size_effect")
+        return tables.empty_table("size_effect")
     bearing = settings.tested_bearing()
     size_settings = settings.bearing.size_effect
     # what is varied, the bearing, and the factor on its size
@@ -888,7 +888,9 @@ def _scaled_bearing(bearing: Bearing, size_factor: float) -> Bearing:
 def stack_tables(tables_to_stack: Iterable[pd.DataFrame], table_name: str) -> pd.DataFrame:
     """A table from its parts, one below the other, with the declared columns only."""
     frames = list(tables_to_stack)
-    stacked_table = pd.concat(frames, ignore_index=True) if frames else tables.empty(table_name)
+    stacked_table = (
+        pd.concat(frames, ignore_index=True) if frames else tables.empty_table(table_name)
+    )
     return tables.conform(
         stacked_table[tables.columns(table_name)], table_name, f"table {table_name}"
     )

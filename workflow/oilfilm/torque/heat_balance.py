@@ -163,7 +163,7 @@ def heat_balance_table(
     torque_test = required_value(settings.campaign.torque, "torque", "the campaign")
     oil_supply = settings.bearings[torque_test.bearing].oil_supply
     if oil_supply is None or not oils:
-        return tables.empty("heat_balance")
+        return tables.empty_table("heat_balance")
     supply = oil_supply.supply()
     bearing = settings.tested_bearing()
     plateaus = torque_table[torque_table["load_variable"] == "stress"]

@@ -25,10 +25,10 @@ from oilfilm.base.units import FloatArray
 from oilfilm.bearing.geometry import Bearing
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import (
-    Design,
+    CurvePlan,
     FormError,
     Information,
-    choose,
+    choose_curves,
     measured_information,
 )
 from oilfilm.fits.problem import Curves
@@ -171,7 +171,7 @@ class NextTests:
     wanted: WantedQuantities
     candidates: CandidateTests
     gradients: FloatArray
-    design: Design
+    design: CurvePlan
 
     def total_uncertainty(self, uncertainty_by_law: Floats) -> FloatArray:
         """The whole uncertainty with some parts by the law, of the shape of these parts."""
@@ -341,7 +341,7 @@ def _plan_for_target(
         )
         if wanted.target == "torque" and not budget.is_reducible_by_tests:
             test_count = 0
-    design = choose(
+    design = choose_curves(
         information_with_form.precision,
         information_with_form.precision_of_curves(candidates.curves, candidates.form_error),
         gradients,

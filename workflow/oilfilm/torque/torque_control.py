@@ -29,8 +29,8 @@ def torque_control_table(results: CampaignTables, settings: Settings) -> pd.Data
     """
     torque_logs = settings.campaign.torque
     if torque_logs is None or torque_logs.twin is None:
-        return tables.empty("torque_control")
-    law_name_of_oil = results.configured.fit_quality.set_index("oil")["law"]
+        return tables.empty_table("torque_control")
+    law_name_of_oil = results.configured_fits.fit_quality.set_index("oil")["law"]
     law_misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()
     control_rows = []
     for oil in settings.campaign.oils:

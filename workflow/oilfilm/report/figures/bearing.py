@@ -33,8 +33,8 @@ _COMPARED_LAWS = ("stress", "wang-deng-load")
 _ERROR_HEADROOM = 1.15
 _LEAST_ERROR_SHOWN = 20.0
 _LOOK_OF_LOAD_VARIABLE: dict[str, style.Look] = {
-    "load": {"linestyle": style.LINES["load"], "marker": "s"},
-    "dimensionless_load": {"linestyle": style.LINES["dimensionless load"], "marker": "^"},
+    "load": {"linestyle": style.LINE_STYLES["load"], "marker": "s"},
+    "dimensionless_load": {"linestyle": style.LINE_STYLES["dimensionless load"], "marker": "^"},
 }
 _SLIP_LEVELS = (-1.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.75, 1.0)
 _BISTABLE: style.Look = {"marker": "x", "color": "black", "linestyle": "", "markersize": 4}
@@ -79,7 +79,7 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
             _draw_torque(panel, rows[rows["load_variable"] == "stress"], looks)
     for index, axis in enumerate(sheet.axes):
         axis.set_ylabel("Friction torque (N m)" if index < len(panels) / 3 else "Error (%)")
-    sheet.label(style.SPEED_LABEL, fontsize=7)
+    sheet.label_axes(style.SPEED_LABEL, fontsize=7)
     look_of_load = {load: look for (load, _), look in looks.items()}
     handles: list[Any] = [
         Patch(color=look["color"], label=_in_kn(load)) for load, look in look_of_load.items()
@@ -141,7 +141,7 @@ def _draw_torque(
         )
         dot_look = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
         measured = rows_of_set_point["measured_torque_n_m"]
-        half_bar = style.SE_DRAWN * rows_of_set_point["measured_torque_n_m_uncertainty"]
+        half_bar = style.BAR_HALF_LENGTH_SE * rows_of_set_point["measured_torque_n_m_uncertainty"]
         ends = {"lower": measured - half_bar, "upper": measured + half_bar}
         panel.dots("measured", rows_of_set_point["speed"], measured, dot_look, **details, **ends)
     _draw_motions(panel, torque_rows, "speed", "torque_n_m")
@@ -253,7 +253,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     reaches a limit (GPa). Crosses: the cage may roll or skid.
     """
     slip_map = results.cage_slip
-    slip_map = slip_map.assign(**in_units_of_axes(slip_map))
+    slip_map = slip_map.assign(**axis_columns(slip_map))
     slip_limit = settings.bearing.cage_slip.slip_limit
     pressure_limits = settings.bearing.pressure_limits_gpa
     drawn_pressures: set[float] = set()
@@ -266,7 +266,7 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
         drawn_pressures.update(pressures)
     bar = sheet.colour_bar(coloured_cells, "Cage slip", ticks=_SLIP_LEVELS[1:])
     bar.set_yticklabels([f"{level:g}" for level in _SLIP_LEVELS[1:]])
-    sheet.label(style.DMN_LABEL, style.AXIAL_LOAD_LABEL, fontsize=7)
+    sheet.label_axes(style.DMN_LABEL, style.AXIAL_LOAD_LABEL, fontsize=7)
     handles: list[Any] = [
         style.line_handle(f"slip of {slip_limit:g}", color="black"),
         style.line_handle("its 95 % interval", linestyle="--", color="black", linewidth=0.8),
@@ -308,7 +308,7 @@ def _draw_pressures(
             yield limit_gpa
 
 
-def in_units_of_axes(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
+def axis_columns(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
     """Columns `speed` (million mm rpm) and `load_kn`."""
     return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
 
@@ -337,7 +337,7 @@ def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, slip_limit: fl
             axis.contour(speed, load_kn, field, [slip_limit], colors="black", **look)
     _draw_motions(panel, rows_of_oil, "speed", "load_kn")
     axis.grid(False)
-    panel.keep(
+    panel.record(
         _motion_labels(rows_of_oil, two_motions="bistable", one_motion="cell"),
         rows_of_oil["speed"],
         rows_of_oil["load_kn"],
@@ -381,7 +381,7 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
             xlabel=label, ylabel="Traction torque above that\nof the pressure-based law (%)"
         )
         if effects.empty:
-            panel.say(_NO_LAW, fontsize=6)
+            panel.write_message(_NO_LAW, fontsize=6)
     sheet.axes[1].yaxis.label.set_visible(False)
     grey: style.Look = {"color": style.GREY, "linewidth": 0.9}
     laws = [
@@ -427,7 +427,7 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
         tests_of_oil = tests[tests["oil"] == oil]
         runs_of_oil = runs[runs["oil"] == oil]
         cells = _draw_plan(panel, tests_of_oil, runs_of_oil, y_column, tests["reduction"].max())
-    sheet.label(style.CONDITION_LABELS[_SPEED], fontsize=7)
+    sheet.label_axes(style.CONDITION_LABELS[_SPEED], fontsize=7)
     sheet.colour_bar(cells, "Reduction of the torque's uncertainty (%)")
     box_look: style.Look = {"marker": "s", "color": "black", "markerfacecolor": "white"}
     sheet.legend(
@@ -468,7 +468,7 @@ def _draw_plan(
         rasterized=True,
     )
     oil = best_tests["oil"].iloc[0]
-    panel.keep(
+    panel.record(
         "cell", best_tests[_SPEED], best_tests[y_column], value=best_tests["reduction"], oil=oil
     )
     ring_look: style.Look = {"marker": "o", "markersize": 2.2, "markerfacecolor": "none"}
@@ -482,6 +482,6 @@ def _draw_plan(
         separator = ", " if len(tests_of_cell) < 3 else "\n"
         order_text = separator.join(tests_of_cell["test_order"].astype(str))
         panel.axis.annotate(order_text, (speed_m_s, level), **number_look)
-    panel.keep("chosen", chosen[_SPEED], chosen[y_column], value=chosen["test_order"], oil=oil)
+    panel.record("chosen", chosen[_SPEED], chosen[y_column], value=chosen["test_order"], oil=oil)
     panel.axis.grid(False)
     return cells

@@ -22,20 +22,20 @@ from oilfilm.tables.set_points import (
 )
 from oilfilm.traction.law import CONDITIONS
 
-NO_POINT = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
+NO_POINT_MESSAGE = "no accepted point\nat the conditions\nof this figure\n(config: figures)"
 # Largest number of conditions in one panel that shade and symbol tell apart.
-_CONDITIONS_TOLD_APART = 6
+_MOST_CONDITIONS_TOLD_APART = 6
 # Largest number of points in one panel: symbols of more would hide the lines.
-_POINTS_TOLD_APART = 2000
+_MOST_POINTS_TOLD_APART = 2000
 # Largest number of lines in one panel: more are one dark area, and each takes 2 kB of SVG.
-_FITS_DRAWN = 500
+_MOST_FITS_DRAWN = 500
 # Largest number of runs of one oil whose points are drawn. More points cover each other, and all of
 # them would be the largest table of a campaign.
-_RUNS_DRAWN = 1000
+_MOST_RUNS_DRAWN = 1000
 # Multiples of this number modulo 1 are spread evenly without a period. A fixed step could choose
 # conditions of one temperature only.
 _GOLDEN_RATIO = (5**0.5 - 1) / 2
-_MEASURED = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
+_MEASURED_COLUMNS = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
 _GROUP_COUNT = 15  # groups of equally many points, where no set points define levels
 _THOUSANDTHS_PER_UNIT = 1e3
 
@@ -60,7 +60,7 @@ class CurveInPanel:
     colour: Any
     marker: str
 
-    def fit(self, largest_slip: float) -> tuple[Any, Any]:
+    def fitted_line(self, largest_slip: float) -> tuple[Any, Any]:
         """Slips from 0 to `largest_slip`, and the law's mu at the mean conditions of the points."""
         condition = self.points[list(self.fitted.law.conditions)].mean().to_numpy(dtype=np.float64)
         slip = np.linspace(0, largest_slip, 151)
@@ -71,16 +71,16 @@ def draw_curves(panel: Panel, curves: Iterable[CurveInPanel]) -> None:
     """Draw the points of each curve with their errors, and the fit through them."""
     curves_with_points = [curve for curve in curves if not curve.points.empty]
     for curve in curves_with_points:
-        slip, mu, standard_error = curve.points[_MEASURED].to_numpy(dtype=float).T
-        half_bar = style.SE_DRAWN * standard_error
-        fit_slip, fit_mu = curve.fit(np.abs(slip).max())
+        slip, mu, standard_error = curve.points[_MEASURED_COLUMNS].to_numpy(dtype=float).T
+        half_bar = style.BAR_HALF_LENGTH_SE * standard_error
+        fit_slip, fit_mu = curve.fitted_line(np.abs(slip).max())
         details = {"oil": curve.oil, "label": curve.label}
         look: style.Look = {"marker": curve.marker, "color": curve.colour, "label": curve.label}
         look.update(style.BAR_LOOK)
         panel.dots("measured", slip, mu, look, lower=mu - half_bar, upper=mu + half_bar, **details)
         panel.line("fit", fit_slip, fit_mu, {"color": curve.colour}, **details)
     if not curves_with_points:
-        panel.say(NO_POINT)
+        panel.write_message(NO_POINT_MESSAGE)
 
 
 @register(
@@ -104,17 +104,17 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         with_measured_set_points(results.runs, parts_of_points), settings
     )
     for panel, _, oil in panels:
-        columns = ["run_id", "accepted", "load_n", *CONDITIONS, *_MEASURED]
+        columns = ["run_id", "accepted", "load_n", *CONDITIONS, *_MEASURED_COLUMNS]
         points = results.table("points", columns, oil=oil)
         points = points[points["accepted"]]
         if points.empty:
-            panel.say("no accepted point")
+            panel.write_message("no accepted point")
             continue
-        fitted = FittedLaw.from_tables(results.configured.coefficients, oil)
+        fitted = FittedLaw.from_tables(results.configured_fits.coefficients, oil)
         points, labels = _with_conditions(runs, points)
         colour = style.oil_colour(oil, oils)
-        has_few_points = len(points) <= _POINTS_TOLD_APART
-        if len(labels) <= _CONDITIONS_TOLD_APART and has_few_points:
+        has_few_points = len(points) <= _MOST_POINTS_TOLD_APART
+        if len(labels) <= _MOST_CONDITIONS_TOLD_APART and has_few_points:
             draw_curves(panel, _curves_at_conditions(oil, fitted, points, labels, colour))
         else:
             _draw_cloud(panel, oil, fitted, points, labels, colour)
@@ -123,7 +123,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
         # all panels have one scale; room for the legends
         bottom, top = sheet.axes[0].get_ylim()
         sheet.axes[0].set_ylim(bottom, top + 0.18 * (top - bottom))
-    sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
+    sheet.label_axes(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     return sheet
 
 
@@ -193,13 +193,13 @@ def _evenly_chosen(count: int, largest_count: int) -> IndexArray:
 
 
 def _of_drawn_runs(points: pd.DataFrame) -> pd.DataFrame:
-    """The points of all runs, or of `_RUNS_DRAWN` runs, evenly chosen in the order of their names.
+    """The points of all runs, or of `_MOST_RUNS_DRAWN` runs, evenly chosen in order of name.
 
     Args:
         points: Points of one oil, with the index of their `run` in the order of the names.
     """
     run_count = int(points["run"].max()) + 1
-    return points[points["run"].isin(_evenly_chosen(run_count, _RUNS_DRAWN))]
+    return points[points["run"].isin(_evenly_chosen(run_count, _MOST_RUNS_DRAWN))]
 
 
 def _draw_cloud(
@@ -221,7 +221,7 @@ def _draw_cloud(
         colour: Colour of the oil.
     """
     drawn_points = _of_drawn_runs(points)
-    slip, mu, _ = drawn_points[_MEASURED].to_numpy(dtype=float).T
+    slip, mu, _ = drawn_points[_MEASURED_COLUMNS].to_numpy(dtype=float).T
     # so many error bars would hide the points: none is drawn
     dot_look: style.Look = {"marker": ".", "color": colour, "alpha": 0.7, "markersize": 1.6}
     panel.dots("measured", slip, mu, dot_look | {"rasterized": True}, oil=oil)
@@ -230,9 +230,9 @@ def _draw_cloud(
         count_text = f"{len(drawn_points)} of {len(points)}"
     # the legend has a larger dot
     panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({count_text})")
-    drawn_indices = _evenly_chosen(len(labels), _FITS_DRAWN)
+    drawn_indices = _evenly_chosen(len(labels), _MOST_FITS_DRAWN)
     line_look: style.Look = {"color": "black"}
-    if len(labels) <= _CONDITIONS_TOLD_APART:
+    if len(labels) <= _MOST_CONDITIONS_TOLD_APART:
         # few lines are drawn over their points, many lines under all points
         line_look.update(linewidth=1.1, zorder=3)
     else:
@@ -240,7 +240,7 @@ def _draw_cloud(
     largest_slip = float(points["slide_roll_ratio"].abs().max())
     drawn_conditions = points[points["condition"].isin(drawn_indices)]
     for curve in _curves_at_conditions(oil, fitted, drawn_conditions, labels, colour):
-        fit_slip, fit_mu = curve.fit(largest_slip)
+        fit_slip, fit_mu = curve.fitted_line(largest_slip)
         panel.line("fit", fit_slip, fit_mu, line_look, oil=oil, label=curve.label)
     label = "fit"
     if len(drawn_indices) < len(labels):
@@ -274,18 +274,18 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
         colour = style.oil_colour(oil, oils)
         drawn_points = None if points is None else _of_drawn_runs(points)
         if points is not None and drawn_points is not None and len(drawn_points) < len(points):
-            note_on_drawn = f" (at most {_RUNS_DRAWN} runs per oil)"
+            note_on_drawn = f" (at most {_MOST_RUNS_DRAWN} runs per oil)"
         for column_index, (condition, (symbol, _, unit)) in enumerate(CONDITION_TEXTS.items()):
             panel = sheet.panel(row_index * column_count + column_index)
             panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
             panel.axis.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
             if points is None or drawn_points is None:
-                panel.say("no fit")
+                panel.write_message("no fit")
             elif points[condition].isna().all():
-                panel.say("not known")
+                panel.write_message("not known")
             else:
                 _draw_residuals(panel, points, drawn_points, condition, oil, colour)
-    sheet.label()
+    sheet.label_axes()
     plateau = style.symbol_handle(f"plateau{note_on_drawn}", ".", color="black", markersize=3)
     label = "mean of a level, with the standard deviation of its plateaus"
     level = style.symbol_handle(label, "o", color="black", markerfacecolor="white")
@@ -329,7 +329,7 @@ def _residuals(results: CampaignTables, runs: pd.DataFrame, oil: str) -> pd.Data
 
     None where the oil has no fit or no accepted point.
     """
-    coefficients = results.configured.coefficients
+    coefficients = results.configured_fits.coefficients
     coefficients_of_oil = coefficients[coefficients["oil"] == oil]
     if coefficients_of_oil.empty:
         return None
@@ -367,7 +367,7 @@ def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
     return pd.qcut(points[condition], _GROUP_COUNT, duplicates="drop")
 
 
-_MOST_ROWS = 12
+_MOST_PANEL_ROWS = 12
 _SPEED = "nominal_entrainment_speed_m_s"
 _TEMPERATURE = "nominal_inlet_temperature_c"
 _PRESSURE = "nominal_max_hertz_pressure_gpa"
@@ -396,7 +396,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     has_runs = cells["runs"] > 0
     cells["state"] = np.select([has_accepted, has_runs], ["accepted", "refused"], "missing")
     levels = sorted(cells[load_column].unique())
-    if not 0 < len(levels) <= _MOST_ROWS:
+    if not 0 < len(levels) <= _MOST_PANEL_ROWS:
         return _measured_coverage(results, settings)
     sheet, panels = oil_grid(
         style.oils_in(cells, settings),
@@ -409,7 +409,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
         panel.axis.margins(0.15)
         for state, cells_of_state in cells_of_panel.groupby("state"):
             _draw_state(panel, str(state), cells_of_state, oil)
-    sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
+    sheet.label_axes("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = cells["state"].value_counts()
     handles = [
         style.symbol_handle(f"{state} ({counts.get(state, 0)})", **_symbol(state), markersize=4)
@@ -449,7 +449,7 @@ def _measured_coverage(results: CampaignTables, settings: Settings) -> Sheet:
             panel.dots(
                 str(state), runs_of_state["speed"], runs_of_state["temperature"], look, **details
             )
-    sheet.label("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
+    sheet.label_axes("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
     counts = means["state"].value_counts()
     handles = [
         style.symbol_handle(f"{state} ({count})", **_symbol(str(state)), markersize=4)

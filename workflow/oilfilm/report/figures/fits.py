@@ -17,13 +17,13 @@ from matplotlib.ticker import LogLocator, NullFormatter
 
 from oilfilm import tables
 from oilfilm.base.units import BoolArray, FloatArray
-from oilfilm.fits.fit import laws_of
+from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.problem import curve_data
 from oilfilm.physics.contact import Conditions, Contact
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import mean_film_temperature_rise
-from oilfilm.report.document import format_by_error, number_form
+from oilfilm.report.document import format_by_error, number_formatter
 from oilfilm.report.figures import style
 from oilfilm.report.figures.sheet import (
     NothingToDrawError,
@@ -57,7 +57,7 @@ def constants(results: CampaignTables, settings: Settings) -> Sheet:
     Fitted constants of the traction law for each oil, with their standard errors from a
     bootstrap over curves; none where there are too few.
     """
-    table = results.configured.coefficients.assign(printed_value=np.nan)
+    table = results.configured_fits.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
 
 
@@ -107,9 +107,9 @@ def draw_constants(coefficients: pd.DataFrame, oils: Sequence[str], note: str = 
     details = {"oil": coefficients["oil"], "label": coefficients["constant"]}
     value = coefficients["value"]
     error = coefficients["standard_error"]
-    panel.keep("fitted", np.nan, value=value, lower=value - error, upper=value + error, **details)
+    panel.record("fitted", np.nan, value=value, lower=value - error, upper=value + error, **details)
     if has_printed:
-        panel.keep("printed", np.nan, value=coefficients["printed_value"], **details)
+        panel.record("printed", np.nan, value=coefficients["printed_value"], **details)
     return sheet
 
 
@@ -141,7 +141,7 @@ def _columns_of_oil(coefficients: pd.DataFrame) -> list[tuple[float, str, list[s
     def texts(column: str, number_formats: Sequence[str]) -> list[str]:
         """The column's values, each in its own number format."""
         return [
-            number_form(number_format)(value)
+            number_formatter(number_format)(value)
             for value, number_format in zip(coefficients[column], number_formats, strict=True)
         ]
 
@@ -166,7 +166,7 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     Correlation of each pair of constants, by the bootstrap over curves or, with too few curves,
     by the Jacobian. Near 1 or -1 the two constants replace each other.
     """
-    correlations = results.configured.correlations
+    correlations = results.configured_fits.correlations
     sheet, panels = oil_grid(
         style.oils_in(correlations, settings),
         "No oil has a fit.",
@@ -191,7 +191,7 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
         panel.axis.grid(False)
         panel.axis.tick_params(length=0)
         labels = pairs["constant"] + ", " + pairs["other"]
-        panel.keep("correlation", np.nan, oil=oil, label=labels, value=pairs["correlation"])
+        panel.record("correlation", np.nan, oil=oil, label=labels, value=pairs["correlation"])
     sheet.colour_bar(image, "Correlation")
     return sheet
 
@@ -248,7 +248,7 @@ def mu_at_zero_slip(
     is_of_fit = (coefficients["oil"] == oil) & (coefficients["law"] == law_name)
     if coefficients.loc[is_of_fit, "value"].isna().all():
         return pd.DataFrame({"run_id": [], "y": []})
-    law = laws_of(oil, settings)[law_name]
+    law = laws_of_oil(oil, settings)[law_name]
     data = curve_data(results.table("points", CURVE_COLUMNS, oil=oil), law.conditions)
     fitted = FittedLaw.from_tables(coefficients, oil, law=law)
     mu = fitted.predict(data.conditions, np.zeros(len(data.run_ids))).traction_coefficient
@@ -288,7 +288,7 @@ def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Seque
         panel.dots(kind, known_errors, np.full(len(known_errors), y), look, oil=oil, label=label)
 
 
-def symbol_of(fit_row: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
+def oil_symbol(fit_row: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     """Symbol of an oil, open where the fit is not certified."""
     look = style.oil_look(fit_row["oil"], oils)
     look["markerfacecolor"] = look["color"] if fit_row["certified"] else "white"
@@ -296,7 +296,7 @@ def symbol_of(fit_row: Mapping[str, Any], oils: Sequence[str]) -> style.Look:
     return look
 
 
-_GRID_POINTS = 41  # along each axis of a map
+_GRID_POINTS_PER_AXIS = 41  # along each axis of a map
 # A white line with a black rim is seen on every colour.
 _TESTED_FRAME: style.Look = {
     "fill": False,
@@ -306,12 +306,12 @@ _TESTED_FRAME: style.Look = {
 }
 # `without_heat` extrapolates down to this share of the lowest tested speed, and up to the largest
 # tested slip over this share.
-_EXTRAPOLATED = 0.7
+_EXTRAPOLATION_SHARE = 0.7
 # mu/S of a film without heat does not rise with S. A rise by this share is scatter: the correction
 # takes its heat from readings.
 _SCATTER_OF_SLOPE = 0.02
 # Number of iterations, after which a colder inlet and the heat of its film agree.
-_ITERATIONS = 30
+_ITERATION_COUNT = 30
 # The central film goes with speed to the power 0.67 (Hamrock and Dowson): its inverse.
 _SPEED_PER_FILM = 1 / 0.67
 _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
@@ -349,8 +349,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     )
     slowest, fastest = map_settings.entrainment_speed_m_s
     smallest_slip, largest_slip = map_settings.slide_roll_ratio
-    speed = np.geomspace(slowest, fastest, _GRID_POINTS)
-    slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS)
+    speed = np.geomspace(slowest, fastest, _GRID_POINTS_PER_AXIS)
+    slip = np.geomspace(smallest_slip, largest_slip, _GRID_POINTS_PER_AXIS)
     speed_mesh, slip_mesh = np.meshgrid(speed, slip)
     grid = Grid(np.array(pressures_gpa), speed, np.array([temperature_c]), slip)
     mu_of_oil = {oil: traction_on_grid(fit, grid) for oil, fit in fit_by_oil.items()}
@@ -387,13 +387,13 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
         _draw_tested_frame(panel, fit_by_oil[oil], pressure_gpa, temperature_c)
         panel.axis.grid(False)
         for series_name, values in (("mu", mu), ("lambda", lambda_ratio)):
-            panel.keep(
+            panel.record(
                 series_name, speed_mesh.ravel(), slip_mesh.ravel(), oil=oil, value=values.ravel()
             )
     style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
     style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
     sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
-    sheet.label("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
+    sheet.label_axes("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
     bar = sheet.colour_bar(image, style.TRACTION_LABEL, ticks=mu_levels)
     bar.yaxis.set_major_formatter("{x:g}")
     bar.minorticks_off()
@@ -405,7 +405,7 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
 
 def _fit_by_oil(results: CampaignTables) -> dict[str, FittedLaw]:
     """The configured law of each oil that has one of pressure, speed and temperature."""
-    configured = results.configured
+    configured = results.configured_fits
     fit_by_oil = {}
     for oil in configured.coefficients["oil"].unique():
         fit = FittedLaw.from_tables(configured.coefficients, oil, quality=configured.fit_quality)
@@ -459,7 +459,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
         height=1.9,
     )
     pressures = sorted(points["level_gpa"].unique())
-    colours = _colours_of(pressures)
+    colours = _colour_by_pressure(pressures)
     limit = settings.gates.lambda_limit
     for panel, _, oil in panels:
         points_of_oil = points[points["oil"] == oil]
@@ -471,7 +471,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                 lambda_ratio = by_speed["lambda_ratio"]
                 mu = by_speed["traction_coefficient"].abs()
                 panel.axis.plot(lambda_ratio, mu, marker="o", markersize=2.5, **look)
-                panel.keep(
+                panel.record(
                     "measured",
                     lambda_ratio,
                     mu,
@@ -497,7 +497,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.axes[0].set_ylim(bottom=0)
     # room for the temperatures at the left
     sheet.axes[0].set_xlim(left=0.6 * min(limit, points["lambda_ratio"].min()))
-    sheet.label(style.LAMBDA, f"{style.MU} at S = {level:g}")
+    sheet.label_axes(style.LAMBDA, f"{style.MU} at S = {level:g}")
     handles = [
         style.line_handle(f"P = {pressure:.3g} GPa", color=colours[pressure])
         for pressure in pressures
@@ -526,7 +526,7 @@ def _with_set_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     )
 
 
-def _colours_of(pressures: Sequence[float]) -> dict[float, Any]:
+def _colour_by_pressure(pressures: Sequence[float]) -> dict[float, Any]:
     """A colour of viridis for each pressure; the highest pressure has the darkest one."""
     # the yellow end is too light on white
     shades = np.linspace(0.85, 0.0, len(pressures))
@@ -593,9 +593,9 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
             rise_k = corrected["rise_k"]
             panel.dots("isothermal", slip, isothermal_mu, filled, value=rise_k, **details)
         if not panel.axis.lines:
-            panel.say("no accepted point here\n(config: figures, isothermal)")
+            panel.write_message("no accepted point here\n(config: figures, isothermal)")
     sheet.axes[0].set(xlim=(0, None), ylim=(0, None))
-    sheet.label(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
+    sheet.label_axes(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     grey: style.Look = {"color": style.GREY}
     handles = [
         style.symbol_handle(f"P = {pressure:.3g} GPa", marker, **grey)
@@ -654,8 +654,8 @@ def without_heat(
     mu = curve["traction_coefficient"].to_numpy(dtype=float)
     _, speeds, temperatures, slips = fit.widened_box
     coldest = temperatures[0]
-    slowest = _EXTRAPOLATED * speeds[0]
-    largest_slip = slips[1] / _EXTRAPOLATED
+    slowest = _EXTRAPOLATION_SHARE * speeds[0]
+    largest_slip = slips[1] / _EXTRAPOLATION_SHARE
     radius = np.asarray(contact.radius_m)
 
     def film_state(speed: FloatArray, inlet_c: FloatArray) -> tuple[InletOil, Conditions]:
@@ -673,12 +673,12 @@ def without_heat(
     measured_film_m = film_thickness(*film_state(speed, temperature), slip, "central")
     law_mu = mu_by_law(speed, temperature, slip)
     # without slip there is no traction, and nothing to correct
-    no_traction = law_mu == 0
-    divisor = np.where(no_traction, 1.0, law_mu)
+    has_no_traction = law_mu == 0
+    divisor = np.where(has_no_traction, 1.0, law_mu)
     cold_mu = mu
     cold_speed = speed
     rise_k = np.zeros_like(mu)
-    for _ in range(_ITERATIONS):
+    for _ in range(_ITERATION_COUNT):
         cold_inlet_c = np.maximum(temperature - rise_k, coldest)
         cold_state = film_state(cold_speed, cold_inlet_c)
         cold_slip = np.clip(slip * speed / cold_speed, -largest_slip, largest_slip)
@@ -696,7 +696,7 @@ def without_heat(
             figure_settings.solid_volumetric_heat_j_m3k,
         )
         cold_law_mu = mu_by_law(cold_speed, cold_inlet_c, cold_slip)
-        cold_mu = mu * np.where(no_traction, 1.0, cold_law_mu / divisor)
+        cold_mu = mu * np.where(has_no_traction, 1.0, cold_law_mu / divisor)
     measured_rise_k = mean_film_temperature_rise(
         *film_state(speed, temperature),
         mu,

@@ -29,7 +29,7 @@ from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import describe_condition
 
 # Columns of the plateaus that a page marks.
-MARKED_POINTS = ("run_id", "first_row", "last_row", "accepted", "failed_gates")
+MARKED_POINT_COLUMNS = ("run_id", "first_row", "last_row", "accepted", "failed_gates")
 # Number of letters of 7 pt in a line of the page.
 _LETTERS_PER_LINE = 112
 # Height of all panels together.
@@ -49,14 +49,14 @@ class JudgedLogs:
     """The results of curation of the logs of one kind of rig.
 
     Attributes:
-        kind: The kind of rig.
+        rig_kind: The kind of rig.
         runs: Table of runs.
         points: Table of plateaus.
         quarantine: Table of refusals.
         samples_of_run: Function that gives the samples of a run, by its name.
     """
 
-    kind: type[RigKind]
+    rig_kind: type[RigKind]
     runs: pd.DataFrame
     points: pd.DataFrame
     quarantine: pd.DataFrame
@@ -102,7 +102,7 @@ def draw_pages(
     pages_left = pages_max
     for judged in logs_by_kind:
         entries = list_refusals(
-            judged.runs, judged.points, judged.quarantine, pages_left, judged.kind
+            judged.runs, judged.points, judged.quarantine, pages_left, judged.rig_kind
         )
         with_page = entries[entries["page"] != ""]
         for entry in tables.rows(with_page):
@@ -110,7 +110,7 @@ def draw_pages(
             (run,) = tables.rows(judged.runs[judged.runs["run_id"] == run_id])
             plateaus = judged.points[judged.points["run_id"] == run_id]
             samples = judged.samples_of_run(run_id)
-            page = draw_page(entry, run, samples, plateaus, settings, judged.kind)
+            page = draw_page(entry, run, samples, plateaus, settings, judged.rig_kind)
             save(page, folder / entry["page"])
         pages_left -= len(with_page)
         entries_by_kind.append(entries)
@@ -221,7 +221,7 @@ def draw_page(
     if not has_times:
         signals = replace(signals, time_s=signals.row_numbers.astype(float))
     abscissa = signals.time_s
-    head = _heading_lines(entry, run)
+    heading_lines = _heading_lines(entry, run)
     panel_count = len(kind.shown_signals)
     # sizes in inches
     sheet = Sheet(
@@ -230,7 +230,7 @@ def draw_page(
         height=_PANELS_HEIGHT_IN / panel_count,
         left=0.85,
         down=0.1,
-        top=0.1 + 0.13 * len(head),
+        top=0.1 + 0.13 * len(heading_lines),
         sharex=True,
     )
     fails_own_gates = _fails_own_gates(points)
@@ -248,7 +248,7 @@ def draw_page(
     margin = 0.01 * (abscissa.max() - abscissa.min()) or 1.0
     sheet.axes[0].set_xlim(abscissa.min() - margin, abscissa.max() + margin)
     sheet.axes[-1].set_xlabel("Time since the log's start (s)" if has_times else "Row of the log")
-    sheet.axes[0].set_title("\n".join(head), x=-0.11, fontsize=7, parse_math=False)
+    sheet.axes[0].set_title("\n".join(heading_lines), x=-0.11, fontsize=7, parse_math=False)
     marked_rows = "concerns the whole run"
     if entry["last_row"]:
         marked_rows = f"rows {entry['first_row']} to {entry['last_row']}"
@@ -265,7 +265,7 @@ def draw_page(
 def _draw_signal(panel: Panel, abscissa: FloatArray, values: FloatArray) -> None:
     """Draw one signal against time or row, or write that it was not logged."""
     if not np.isfinite(values).any():
-        panel.say("not logged")
+        panel.write_message("not logged")
         panel.axis.set_yticks([])
         return
     marker = "." if len(values) < _MARKERS_MAX else ""

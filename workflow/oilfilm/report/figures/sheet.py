@@ -58,14 +58,14 @@ class Panel:
         Args:
             axis: Axes of the panel.
             letter: Letter of the panel; may be empty.
-            drawn_parts: Receives a part of the table `drawn` for each call of `keep`: arrays by
+            drawn_parts: Receives a part of the table `drawn` for each call of `record`: arrays by
                 column.
         """
         self.axis = axis
         self.letter = letter
         self.drawn_parts = drawn_parts
 
-    def keep(self, series_name: Any, x: Any, y: Any = np.nan, **details: Any) -> None:
+    def record(self, series_name: Any, x: Any, y: Any = np.nan, **details: Any) -> None:
         """Keep lines or symbols as rows of the table `drawn`, without drawing them.
 
         Each argument is an array over the points, or one value for all of them.
@@ -74,11 +74,12 @@ class Panel:
             series_name: Name of the line or of the symbols, as `measured`.
             x: Abscissa.
             y: Ordinate.
-            details: `oil`; `label`, which is drawn beside the mark or distinguishes it; `value`,
-                which a colour or a number shows; `lower` and `upper` end of a bar or band; `panel`,
-                a column of a table, in place of the panel's letter.
+            details: `oil`; `label`, which is drawn beside the mark or distinguishes it (column
+                `words`); `value`, which a colour or a number shows; `lower` and `upper` end of a
+                bar or band (columns `y_lower` and `y_upper`); `panel`, a column of a table, in
+                place of the panel's letter.
         """
-        columns = {
+        values_by_detail = {
             "panel": self.letter,
             "series": series_name,
             "oil": "",
@@ -89,8 +90,8 @@ class Panel:
             "lower": np.nan,
             "upper": np.nan,
         }
-        columns.update(details)
-        arrays = [np.atleast_1d(np.asarray(values)) for values in columns.values()]
+        values_by_detail.update(details)
+        arrays = [np.atleast_1d(np.asarray(values)) for values in values_by_detail.values()]
         drawn_arrays = np.broadcast_arrays(*arrays)
         self.drawn_parts.append(dict(zip(tables.columns("drawn"), drawn_arrays, strict=True)))
 
@@ -100,7 +101,7 @@ class Panel:
         if "lower" in details:
             band: Look = {"color": look.get("color"), "alpha": 0.25, "linewidth": 0}
             self.axis.fill_between(x, details["lower"], details["upper"], **band)
-        self.keep(series_name, x, y, **details)
+        self.record(series_name, x, y, **details)
 
     def dots(self, series_name: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
         """Draw and keep symbols, with bars from `lower` to `upper` where these are given."""
@@ -110,9 +111,9 @@ class Panel:
             self.axis.errorbar(x, y, yerr=ends, **look)
         else:
             self.axis.plot(x, y, **look)
-        self.keep(series_name, x, y, **details)
+        self.record(series_name, x, y, **details)
 
-    def say(self, sentence: str, **look: Any) -> None:
+    def write_message(self, sentence: str, **look: Any) -> None:
         """Write in the middle of the panel why it is empty."""
         middle: Look = {"ha": "center", "va": "center", "transform": self.axis.transAxes}
         self.axis.text(0.5, 0.5, sentence, **middle, **look)
@@ -125,7 +126,7 @@ class Sheet:
         figure: Matplotlib's figure.
         axes: Axes of the panels.
         heights: Height of the panels of each row, in inches.
-        drawn_parts: A part of the table `drawn` for each call of `Panel.keep`: arrays by column.
+        drawn_parts: A part of the table `drawn` for each call of `Panel.record`: arrays by column.
             Empty where nothing has been drawn.
     """
 
@@ -174,13 +175,13 @@ class Sheet:
     def drawn(self) -> pd.DataFrame:
         """The table `drawn`, of what the panels have drawn so far."""
         if not self.drawn_parts:
-            return tables.empty("drawn")
-        column_of_name = {}
+            return tables.empty_table("drawn")
+        values_by_column = {}
         for name in self.drawn_parts[0]:
-            column_of_name[name] = np.concatenate(
+            values_by_column[name] = np.concatenate(
                 [columns_of_call[name] for columns_of_call in self.drawn_parts]
             )
-        return tables.conform(pd.DataFrame(column_of_name), "drawn", "a figure")
+        return tables.conform(pd.DataFrame(values_by_column), "drawn", "a figure")
 
     def panel(self, index: int = 0, title: str | None = "", **look: Any) -> Panel:
         """A panel, with its letter before its title; without a title it has no letter."""
@@ -193,7 +194,7 @@ class Sheet:
         axis.set_label(letter)
         return Panel(axis, letter, self.drawn_parts)
 
-    def label(self, x: str = "", y: str = "", **look: Any) -> None:
+    def label_axes(self, x: str = "", y: str = "", **look: Any) -> None:
         """Name the axes, if not named yet.
 
         Inner panels show no names: theirs are for the table.
@@ -351,7 +352,7 @@ def oil_grid(
     return sheet, panels
 
 
-def page(width: float, height: float, *, bottom: float, top: float) -> tuple[Sheet, Panel]:
+def blank_page(width: float, height: float, *, bottom: float, top: float) -> tuple[Sheet, Panel]:
     """A figure for text without axes: x from 0 to 1, y between two limits."""
     margins: Look = dict.fromkeys(("left", "right", "top", "bottom"), 0.03)
     sheet = Sheet(width=width, height=height, **margins)
@@ -363,7 +364,7 @@ def page(width: float, height: float, *, bottom: float, top: float) -> tuple[She
 
 def text_figure(text: str) -> Sheet:
     """A figure of text alone, which explains why there is nothing to draw."""
-    sheet, panel = page(SINGLE_COLUMN_IN, 0.14 * (text.count("\n") + 1), bottom=0, top=1)
+    sheet, panel = blank_page(SINGLE_COLUMN_IN, 0.14 * (text.count("\n") + 1), bottom=0, top=1)
     look: Look = {"va": "top", "fontsize": 7, "linespacing": 1.3, "parse_math": False}
     panel.axis.text(0, 1, text, **look)
     return sheet
@@ -390,7 +391,7 @@ def table_page(
     note_lines = [line for note in notes for line in textwrap.wrap(note, letters_per_line)]
     table_in = head_in + heights.sum()
     height_in = table_in + 0.08 + 0.1 * len(note_lines)
-    sheet, panel = page(width, height_in, bottom=height_in, top=0)
+    sheet, panel = blank_page(width, height_in, bottom=height_in, top=0)
 
     def write(
         x: float, head: str, texts: Iterable[str], head_look: Look | None = None, **look: Any
@@ -470,7 +471,7 @@ SIMULATED = "SIMULATED"
 
 
 def register(**declaration: Any) -> Callable[[DrawFunction], DrawFunction]:
-    """Declare the figure that a function draws.
+    """Mark a function that draws a figure, with the declaration of the figure.
 
     Args:
         declaration: Attributes of `FigureDeclaration`; `oilfilm.base.figure_catalogue` reads them

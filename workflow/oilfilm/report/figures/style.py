@@ -30,7 +30,7 @@ Look = dict[str, Any]
 oil_colour = names.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # One line style per meaning: the basis of a law, or the source of its constants.
-LINES: Look = {
+LINE_STYLES: Look = {
     "fit": "-",
     "printed": (0, (4, 2)),
     "left out": (0, (4, 2)),
@@ -39,7 +39,7 @@ LINES: Look = {
     "not planned": (0, (6, 1.5)),
 }
 GREY = "#555555"  # of text and legend entries that belong to no oil
-EXTRAPOLATED = "#ececec"  # background of conditions outside the tests
+EXTRAPOLATED_COLOUR = "#ececec"  # background of conditions outside the tests
 MU = "\N{GREEK SMALL LETTER MU}"
 LAMBDA = "\N{GREEK SMALL LETTER LAMDA}"
 # No mathematics of matplotlib: its parser takes half a second to load.
@@ -58,7 +58,7 @@ SPEED_LABEL = "Speed of the inner ring (1000 rpm)"
 DMN_LABEL = "dmN (million mm rpm)"
 DMN_AS_SPEED = f"dmN of 1 million mm rpm is U = {entrainment_speed_m_s(1e6):.0f} m/s"
 AXIAL_LOAD_LABEL = "Axial load (kN)"
-SE_DRAWN = 1.96  # half length of an error bar, in standard errors: 95 % intervals
+BAR_HALF_LENGTH_SE = 1.96  # half length of an error bar, in standard errors: 95 % intervals
 # Colour and symbol of a verdict, so that print in grey shows it, too.
 STATE_COLOURS = {"accepted": "#0072B2", "refused": "#D55E00", "missing": "#555555"}
 STATE_MARKERS = {"accepted": "o", "refused": "X", "missing": "D"}
@@ -116,7 +116,7 @@ def symbol_handle(label: str, marker: str, **look: Any) -> Line2D:
     return Line2D([], [], linestyle="", marker=marker, label=label, **look)
 
 
-def lost_handles(oils: Iterable[str], reason: str = "") -> list[Patch]:
+def missing_oil_handles(oils: Iterable[str], reason: str = "") -> list[Patch]:
     """Entries of a legend for oils that are not drawn, with the reason; blank without a reason."""
     label = f"{{}}: {reason}" if reason else " "
     return [Patch(fill=False, linewidth=0, label=label.format(oil)) for oil in oils]

@@ -21,22 +21,22 @@ from oilfilm.base import studies
 from oilfilm.curation.coverage import planned_states
 from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.certificate_sentences import certificate_sentence
-from oilfilm.fits.conditions import fixed_from_text
+from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import CONFIDENCE, normal_quantile
+from oilfilm.fits.interval import CONFIDENCE, normal_half_width
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
 from oilfilm.logs.run_sheet import REMARK_RULES
+from oilfilm.report.accepted_runs import names_of_unread_logs, shortfall_sentences
 from oilfilm.report.document import (
     Fact,
     Section,
     ShownTable,
-    facts,
+    facts_from_template,
     format_by_error,
-    number_form,
+    number_formatter,
     show_table,
 )
-from oilfilm.report.enough import names_of_unread_logs, shortfalls
 from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa, sliders
 from oilfilm.report.names import CONDITION_TEXTS, gate_in_words, law_title
 from oilfilm.settings.resolved import Settings
@@ -58,13 +58,13 @@ from oilfilm.traction import LAWS
 # An odd curve whose mean ratio to the fit differs from 1 by less than this has another shape.
 _GAIN_OF_OTHER_SHAPE = 0.03
 # Share of the points whose uncertainty is below the one in the table of fits.
-_SHARE_OF_POINTS = 0.95
+_POINT_QUANTILE = 0.95
 # Smallest mu whose relative uncertainty means something, as a share of the largest mu.
 _SMALLEST_RELATIVE_MU = 0.01
 # Smallest share of variance at which a cause is listed.
 _SMALLEST_SHARE = 0.005
 # Why a comparison with Wang-Deng shows nothing where the law `deng2026` made the points.
-_TIE = (
+_TIE_BY_CONSTRUCTION = (
     "the same law by construction: Eq. 7 made the SIMULATED points, and for one ball size "
     "load-based Wang-Deng with D = -A is Eq. 7. Dimensionless Wang-Deng is another law. It is at a "
     "disadvantage, because Eq. 7 made the points"
@@ -73,10 +73,10 @@ _TIE = (
 
 def fits_section(results: CampaignTables) -> Section:
     """Misfit, certificate and uncertainty of each fit, noise and lack of fit."""
-    quality = results.configured.fit_quality
+    quality = results.configured_fits.fit_quality
     lack_of_fit = results.lack_of_fit
     verdict_by_oil = {str(row["oil"]): row for row in tables.rows(results.soundness)}
-    facts_on_fits = facts(
+    facts_on_fits = facts_from_template(
         "report/sections/fits.jinja",
         fitted=tables.rows(quality[quality["rmse"].notna()]),
         warnings={oil: soundness_warnings(row) for oil, row in verdict_by_oil.items()},
@@ -87,7 +87,7 @@ def fits_section(results: CampaignTables) -> Section:
             {"oil": row["oil"], "certificate": certificate_sentence(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
         ],
-        odd_curves=_odd_curves(results.configured.curve_residuals),
+        odd_curves=_odd_curves(results.configured_fits.curve_residuals),
         same_gain=_GAIN_OF_OTHER_SHAPE,
         misfits=tables.rows(lack_of_fit),
         unrepeated=tables.rows(lack_of_fit[lack_of_fit["verdict"] == "no repeats"]),
@@ -115,7 +115,7 @@ def curve_facts(quality: pd.DataFrame, residuals: pd.DataFrame) -> list[Fact]:
         residuals: Table of curve residuals, of the same fits.
     """
     fitted = tables.rows(quality)
-    return facts(
+    return facts_from_template(
         "report/sections/curves.jinja",
         fitted=fitted,
         odd_curves=_odd_curves(residuals),
@@ -137,7 +137,7 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
     zero.
     """
     quantiles_by_oil = {}
-    for oil in results.configured.fit_quality["oil"]:
+    for oil in results.configured_fits.fit_quality["oil"]:
         fit = FittedLaw.from_results(results, oil)
         columns = ["accepted", *fit.law.conditions, "slide_roll_ratio"]
         accepted_points = results.table("points", columns, oil=oil)
@@ -153,7 +153,7 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
         relative_half_width = pd.Series(width[is_large_enough] / 2 / mu_size[is_large_enough])
         quantiles_by_oil[oil] = (
             relative_half_width.median(),
-            relative_half_width.quantile(_SHARE_OF_POINTS),
+            relative_half_width.quantile(_POINT_QUANTILE),
         )
     index = pd.Index(quantiles_by_oil, dtype=str)
     return pd.DataFrame(list(quantiles_by_oil.values()), index, columns=["median", "largest"])
@@ -192,9 +192,9 @@ def answer_section(results: CampaignTables, settings: Settings) -> Section:
         oil: f"{accepted_of_oil.sum()} of {len(accepted_of_oil)}"
         for oil, accepted_of_oil in is_accepted.groupby(runs["oil"])
     }
-    oils = results.configured.fit_quality["oil"]
+    oils = results.configured_fits.fit_quality["oil"]
     unknown_mu = _PredictedMu(np.nan, "not known")
-    answers = results.configured.fit_quality.assign(
+    answers = results.configured_fits.fit_quality.assign(
         mu=[predicted_by_oil.get(oil, unknown_mu).mu for oil in oils],
         interval=[predicted_by_oil.get(oil, unknown_mu).interval for oil in oils],
         beside=[comparison_by_oil.get(oil, "not compared") for oil in oils],
@@ -267,14 +267,14 @@ def _comparison_in_words(row: Mapping[str, Any]) -> str:
 
 def constants_section(results: CampaignTables) -> Section:
     """One table per oil, and a sentence for each constant that the data do not determine."""
-    coefficients = results.configured.coefficients
-    quality = results.configured.fit_quality.set_index("oil")
+    coefficients = results.configured_fits.coefficients
+    quality = results.configured_fits.fit_quality.set_index("oil")
     rows_of_template = []
     shown_tables: list[ShownTable] = []
     for oil, coefficients_of_oil in coefficients.groupby("oil", sort=False):
         shown_tables.append(_constants_table(coefficients_of_oil, f"constants{len(shown_tables)}"))
         if coefficients_of_oil["value"].notna().any():
-            fixed_conditions = fixed_from_text(quality["fixed_conditions"][oil])
+            fixed_conditions = fixed_conditions_from_json(quality["fixed_conditions"][oil])
             rows_of_template.append(
                 {
                     "oil": str(oil),
@@ -283,7 +283,9 @@ def constants_section(results: CampaignTables) -> Section:
                     "fixed": [fixed.sentence() for fixed in fixed_conditions],
                 }
             )
-    facts_on_constants = facts("report/sections/constants.jinja", fits=rows_of_template)
+    facts_on_constants = facts_from_template(
+        "report/sections/constants.jinja", fits=rows_of_template
+    )
     return Section("constants", "Constants", facts_on_constants, shown_tables)
 
 
@@ -295,7 +297,7 @@ def _constants_table(coefficients: pd.DataFrame, name: str) -> ShownTable:
         error = row["standard_error"]
         if np.isnan(error):
             error = row["naive_standard_error"]
-        form = number_form(format_by_error(error))
+        form = number_formatter(format_by_error(error))
         texts.loc[index, numeric_columns] = [form(row[column]) for column in numeric_columns]
     interval = texts["lower"] + " \N{HORIZONTAL ELLIPSIS} " + texts["upper"]
     texts["lower"] = texts["lower"].where(coefficients["lower"].isna(), interval)
@@ -305,7 +307,7 @@ def _constants_table(coefficients: pd.DataFrame, name: str) -> ShownTable:
 def laws_section(results: CampaignTables, settings: Settings) -> Section:
     """The best law of each oil, what to do, and the errors of all laws side by side."""
     # the comparison of laws on simulated data of such a truth always needs this sentence
-    tie = f"Wang-Deng here: {_TIE}" if settings.campaign.truth_is_law else ""
+    tie = f"Wang-Deng here: {_TIE_BY_CONSTRUCTION}" if settings.campaign.truth_is_law else ""
     facts_on_laws = law_facts(results.law_verdicts, results.fit_quality, tie)
     verdict_table = show_table(results.law_verdicts, "law_verdicts")
     error_table = show_table(results.fit_quality, "comparison")
@@ -334,7 +336,7 @@ def law_facts(verdicts: pd.DataFrame, quality: pd.DataFrame, tie: str = "") -> l
         comparison | {"oils": oils}
         for comparison, oils in zip(comparisons, oils_of_comparison, strict=True)
     ]
-    return facts(
+    return facts_from_template(
         "report/sections/laws.jinja",
         rows=rows_of_template,
         tie=tie,
@@ -384,7 +386,7 @@ def _best_usable_law(configured_law: str, fit_by_law: Mapping[str, Mapping[str, 
     return "" if best_law == configured_law else best_law
 
 
-_STATES = ("accepted", "refused", "missing")
+_CONDITION_STATES = ("accepted", "refused", "missing")
 
 
 def data_section(results: CampaignTables, settings: Settings) -> Section:
@@ -397,16 +399,16 @@ def data_section(results: CampaignTables, settings: Settings) -> Section:
         unjudged_count_by_oil.update(part.loc[is_unjudged, "oil"])
     has_matrix = results.coverage["planned"].any()
     conditions = planned_states(results.coverage) if has_matrix else results.coverage
-    facts_on_data = facts(
+    facts_on_data = facts_from_template(
         "report/sections/data.jinja",
         results=results,
         runs=results.table("runs", ["verdict", "file", "samples"]),
         points=point_counts,
         settings=settings,
         unread=len(names_of_unread_logs(results)),
-        shortfalls=shortfalls(results, settings.campaign),
+        shortfalls=shortfall_sentences(results, settings.campaign),
         has_matrix=has_matrix,
-        conditions=conditions["state"].value_counts().reindex(_STATES, fill_value=0),
+        conditions=conditions["state"].value_counts().reindex(_CONDITION_STATES, fill_value=0),
         unjudged=unjudged_count_by_oil,
         stand_ins=[name for name, oil in settings.oils.items() if oil and oil.stand_in],
     )
@@ -418,7 +420,7 @@ def refused_section(results: CampaignTables, settings: Settings) -> Section:
     rules = results.table("runs", ["verdict", "rule"]).query("verdict == 'refused'")["rule"]
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARK_RULES)]
-    facts_on_refusals = facts(
+    facts_on_refusals = facts_from_template(
         "report/sections/refused.jinja",
         verdicts=_count_by_gate(rules.value_counts()),
         unread=_count_by_gate(_rules_of_unread_logs(results).value_counts()),
@@ -484,7 +486,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     converged = torque[torque["converged"]]
     with_one_motion = drop_bistable_plateaus(converged)
     plateau_key = ["run_id", "first_row"]
-    facts_on_bearing = facts(
+    facts_on_bearing = facts_from_template(
         "report/sections/bearing.jinja",
         kept=len(kept_logs),
         read=len(read_logs),
@@ -501,7 +503,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         undecided=undecided_plateau_count(converged),
         bistable_points=bistable_points_text(converged),
         why_lost=_reasons_lost(torque[~torque["converged"]]),
-        lacks_refits=_lacks_refits(with_one_motion, results.configured.coefficients),
+        lacks_refits=_lacks_refits(with_one_motion, results.configured_fits.coefficients),
         lacks_momentum=converged["momentum_torque_n_m"].isna().any(),
         control=_truths_by_verdict(results.torque_control),
         by_stress=converged[converged["load_variable"] == "stress"],
@@ -546,10 +548,14 @@ def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
             factor * answers[[column, f"{column}_lower", f"{column}_upper"]]
         ).to_numpy()
         texts_by_column[text_column] = [interval_text(*row) for row in values_and_ends]
-    point = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
-    share_of_best_oil = answers.loc[answers["oil"] == answers["best_oil"], [*point, "best_share"]]
+    point_columns = ["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]
+    share_of_best_oil = answers.loc[
+        answers["oil"] == answers["best_oil"], [*point_columns, "best_share"]
+    ]
     best_shares = (
-        answers[point].merge(share_of_best_oil, on=point, how="left")["best_share"].to_numpy()
+        answers[point_columns]
+        .merge(share_of_best_oil, on=point_columns, how="left")["best_share"]
+        .to_numpy()
     )
     texts_by_column["best"] = [
         f"{oil or 'none has a full film'} ({best_share:.0%})"
@@ -739,7 +745,7 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         count_before += len(accepted_points)
     drawn_rows = pd.concat(drawn_parts, ignore_index=True)
     run_index, run_names = pd.factorize(drawn_rows["run_id"])
-    half_width = normal_quantile(CONFIDENCE) * drawn_rows["traction_coefficient_se"]
+    half_width = normal_half_width(CONFIDENCE) * drawn_rows["traction_coefficient_se"]
     return {
         "names": run_names.tolist(),
         "run": run_index.tolist(),

@@ -38,7 +38,7 @@ def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
     Raises:
         OilfilmError: There are too few.
     """
-    sentences = shortfalls(results, campaign)
+    sentences = shortfall_sentences(results, campaign)
     if sentences:
         folder = f"results/{campaign.name}"
         raise OilfilmError(
@@ -49,7 +49,7 @@ def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
             "campaign file."
         )
     lines = []
-    for runs_name, counts in _accepted_runs(results, campaign):
+    for runs_name, counts in _run_counts_by_rig_kind(results, campaign):
         for oil, (accepted_count, run_count) in counts.items():
             if oil == _ALL_OILS:
                 lines.append(f"{runs_name}: {accepted_count} of {run_count} accepted\n")
@@ -58,7 +58,7 @@ def accepted_runs_text(results: CampaignTables, campaign: Campaign) -> str:
     return "".join(lines)
 
 
-def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
+def shortfall_sentences(results: CampaignTables, campaign: Campaign) -> list[str]:
     """Oils and kinds of rig with too few accepted runs, as sentences without a full stop.
 
     Empty where there are enough. Arguments are those of `accepted_runs_text`.
@@ -66,14 +66,16 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
     runs_min = campaign.min_accepted_runs
     share_min = campaign.min_accepted_share
     sentences = []
-    for runs_name, counts in _accepted_runs(results, campaign):
+    for runs_name, counts in _run_counts_by_rig_kind(results, campaign):
         accepted_count, run_count = counts[_ALL_OILS]
         if accepted_count < runs_min:
-            sentences.append(_too_few(runs_name, accepted_count, run_count, runs_min))
+            sentences.append(_shortfall_sentence(runs_name, accepted_count, run_count, runs_min))
             continue
         for oil, (accepted_count_of_oil, run_count_of_oil) in counts.items():
             if accepted_count_of_oil < runs_min:
-                sentence = _too_few(runs_name, accepted_count_of_oil, run_count_of_oil, runs_min)
+                sentence = _shortfall_sentence(
+                    runs_name, accepted_count_of_oil, run_count_of_oil, runs_min
+                )
                 sentences.append(f"oil {oil}: {sentence}")
         if exceeds(share_min * run_count, accepted_count):
             sentences.append(
@@ -83,7 +85,7 @@ def shortfalls(results: CampaignTables, campaign: Campaign) -> list[str]:
     return sentences
 
 
-def _too_few(runs_name: str, accepted_count: int, run_count: int, runs_min: int) -> str:
+def _shortfall_sentence(runs_name: str, accepted_count: int, run_count: int, runs_min: int) -> str:
     """The sentence for too few accepted runs of a kind of rig."""
     return f"{accepted_count} of {run_count} {runs_name} accepted, expected at least {runs_min}"
 
@@ -95,7 +97,7 @@ def names_of_unread_logs(results: CampaignTables) -> set[str]:
     return set(refused_files) - set(results.table("runs", ["file"])["file"])
 
 
-def _accepted_runs(
+def _run_counts_by_rig_kind(
     results: CampaignTables, campaign: Campaign
 ) -> Iterator[tuple[str, _RunCountByOil]]:
     """For each kind of rig: the name of its runs, and the number of accepted and of all, by oil."""
@@ -106,12 +108,15 @@ def _accepted_runs(
     unread_logs = pd.DataFrame(
         {"oil": "", "accepted": False}, sorted(names_of_unread_logs(results))
     )
-    yield "runs", _counts(pd.concat([traction_runs, unread_logs]))
+    yield "runs", _run_counts_by_oil(pd.concat([traction_runs, unread_logs]))
     if campaign.torque is not None:
         by_run = results.torque_runs.groupby("run_id")
         torque_runs = by_run.agg(oil=("oil", "first"), accepted=("accepted", "any"))
         lost_runs = _lost_torque_runs(results.torque_quarantine, results.torque_runs)
-        yield "torque runs", _counts(pd.concat([torque_runs, lost_runs.assign(accepted=False)]))
+        yield (
+            "torque runs",
+            _run_counts_by_oil(pd.concat([torque_runs, lost_runs.assign(accepted=False)])),
+        )
 
 
 def _lost_torque_runs(quarantine: pd.DataFrame, plateaus: pd.DataFrame) -> pd.DataFrame:
@@ -127,7 +132,7 @@ def _lost_torque_runs(quarantine: pd.DataFrame, plateaus: pd.DataFrame) -> pd.Da
     return refused[is_lost].groupby(refused_names[is_lost])[["oil"]].max()
 
 
-def _counts(runs: pd.DataFrame) -> _RunCountByOil:
+def _run_counts_by_oil(runs: pd.DataFrame) -> _RunCountByOil:
     """Counts of all runs, then by oil.
 
     Args:

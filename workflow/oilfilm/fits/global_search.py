@@ -31,14 +31,14 @@ _STEPS_TO_VALLEY = 50
 _STEPS_WITH_ALL_POINTS = 15
 # Relative decrease of the SSE where Newton's method begins, and where it ends.
 _NEWTON_TOLERANCE = 1e-6
-_LAST_DIGITS = 1e-14
+_LAST_DIGITS_TOLERANCE = 1e-14
 # Share of a candidate's constants that come from a mutant.
 _RECOMBINATION = 0.9
 # Range of the factor of a mutation.
 _MUTATION = (0.5, 1.0)
 _CANDIDATES_PER_CONSTANT = 5
 # A constant is at a bound where it is nearer to it than this share of the range.
-_AT_BOUND = 1e-6
+_AT_BOUND_SHARE = 1e-6
 
 
 @dataclass(frozen=True)
@@ -73,7 +73,7 @@ def search(
         One optimum per search.
     """
     thinned_problem = problem.thinned(_POINTS_TO_FIND_VALLEYS)
-    members = np.stack([_evolved(thinned_problem, settings, random) for random in randoms])
+    members = np.stack([_evolved_members(thinned_problem, settings, random) for random in randoms])
     search_count, member_count, free_count = members.shape
     starts = members.reshape(-1, free_count)
     ends, _ = descend(
@@ -90,7 +90,9 @@ def search(
     ]
 
 
-def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generator) -> FloatArray:
+def _evolved_members(
+    problem: Problem, settings: FitSettings, random: np.random.Generator
+) -> FloatArray:
     """Members of one search's last population, evenly spread over the ranks of their errors.
 
     Returns:
@@ -128,10 +130,10 @@ def _evolved(problem: Problem, settings: FitSettings, random: np.random.Generato
     return np.asarray(result.population[members_by_rank[ranks]])
 
 
-def at_bounds(problem: Problem, constants: FloatArray) -> BoolArray:
+def is_at_bound(problem: Problem, constants: FloatArray) -> BoolArray:
     """Whether each free constant is at a bound of the search, shape (..., free)."""
     low, high = problem.free_bounds.T
-    margin = _AT_BOUND * (high - low)
+    margin = _AT_BOUND_SHARE * (high - low)
     return np.asarray((constants <= low + margin) | (constants >= high - margin))
 
 
@@ -150,16 +152,16 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
     ends, _ = descend(
         problem,
         ends,
-        is_held=at_bounds(problem, ends),
+        is_held=is_at_bound(problem, ends),
         tolerance=_NEWTON_TOLERANCE,
         starts_near_ends=False,
     )
     # Newton's last step is damped, and its remaining error depends on the start. A second descent
     # from its end leaves rounding only.
     for _ in range(2):
-        held = at_bounds(problem, ends)
+        is_held = is_at_bound(problem, ends)
         ends, sse = descend(
-            problem, ends, is_held=held, tolerance=_LAST_DIGITS, starts_near_ends=True
+            problem, ends, is_held=is_held, tolerance=_LAST_DIGITS_TOLERANCE, starts_near_ends=True
         )
     return Optimum(ends[0], float(sse[0]))
 

@@ -58,7 +58,7 @@ def refuse_contradictions(results: CampaignTables, folder: str, oil: str) -> Non
         OilfilmError: A row is missing or there twice, there is no such law, or a constant of the
             law is missing or has the wrong sign.
     """
-    configured_tables = results.configured
+    configured_tables = results.configured_fits
     for complaint in _complaints(results, configured_tables, oil):
         raise OilfilmError(f"{folder}: fit of oil {oil!r}: {complaint}. {_ADVICE}")
 
@@ -89,12 +89,12 @@ def _complaints(
                 yield f"{table_name} names the law {shown_name}; the laws are {', '.join(LAWS)}"
     law = LAWS[quality["law"].iloc[0]]
     coefficients = _rows_of_oil(configured_tables.coefficients, oil)
-    yield from _missing_or_twice(coefficients["constant"], law)
+    yield from _constant_complaints(coefficients["constant"], law)
     for table_name, rows_of_oil in (
         ("coefficients", coefficients),
         ("refits", _rows_of_oil(configured_tables.refits, oil)),
     ):
-        yield from _wrong_signs(table_name, rows_of_oil, law)
+        yield from _sign_complaints(table_name, rows_of_oil, law)
 
 
 def _rows_of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
@@ -102,7 +102,7 @@ def _rows_of_oil(table: pd.DataFrame, oil: str) -> pd.DataFrame:
     return table[table["oil"] == oil]
 
 
-def _missing_or_twice(found_names: pd.Series, law: Law) -> Iterator[str]:
+def _constant_complaints(found_names: pd.Series, law: Law) -> Iterator[str]:
     """Complaints about constants that the law has not, that are there twice, or that are missing.
 
     The table has A0 of a fit over conditions, or the coefficient A of a fit of one condition.
@@ -123,7 +123,7 @@ def _leading_constants(law: Law) -> list[str]:
     return [constant.name for constant in law.constants if constant.condition is None]
 
 
-def _wrong_signs(table_name: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
+def _sign_complaints(table_name: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
     """Complaints about constants whose sign is not that of the law; unknown ones have none."""
     sign_by_name = {constant.name: constant.sign for constant in law.constants}
     sign_by_name |= dict(
@@ -139,5 +139,5 @@ def _wrong_signs(table_name: str, rows: pd.DataFrame, law: Law) -> Iterator[str]
     for row_index in np.flatnonzero(is_wrong):
         constant_name = rows["constant"].iloc[row_index]
         expected = "above" if signs[row_index] > 0 else "below"
-        found = f"{table_name} has {constant_name} = {values[row_index]:g}"
-        yield f"{found}; {law.name} needs it {expected} 0"
+        value_text = f"{table_name} has {constant_name} = {values[row_index]:g}"
+        yield f"{value_text}; {law.name} needs it {expected} 0"
