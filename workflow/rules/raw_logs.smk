@@ -28,7 +28,9 @@ def simulated_names(folder):
     """Names of the logs of one rig that are simulated."""
     plan = studies.plan_of_simulator()
     runs = (
-        plan.simulated_runs(CAMPAIGN) if folder == RAW_FOLDER else plan.simulated_torque_runs(CAMPAIGN)
+        plan.simulated_runs(CAMPAIGN)
+        if folder == RAW_FOLDER
+        else plan.simulated_torque_runs(CAMPAIGN)
     )
     return [run.name for run in runs]
 
