@@ -140,7 +140,7 @@ DRAWN_CONSTANTS = [
 def test_rounding_does_not_choose_the_motion_beside_a_jump():
     # the loads differ by as much as rounding does
     loads_n = 500.0 * (1 + 1e-13 * np.arange(12))
-    drawn_law = replace(printed_law("4010"), internal=np.array([DRAWN_CONSTANTS]))
+    drawn_law = replace(printed_law("4010"), internal_constants=np.array([DRAWN_CONSTANTS]))
     points = OperatingPoints.from_load_and_speed(loads_n, 17906.43885697232 * RPM)
     at_rest = problem(MAINSHAFT, points, "4010", 100.0, law=drawn_law)
     factors = np.tile(DRAWN_FACTORS, (len(loads_n), 1))

@@ -53,7 +53,7 @@ def bearing_study(project: Path) -> None:
         "oil_temperature_c": [70],
     }
     bearing: dict[str, Any] = {
-        "uncertainty": {"draws": 20},
+        "uncertainty": {"draws": 40},
         "cage_slip": {
             "pitch_speed_mm_rpm": [1e6, 4e6],
             "axial_load_n": [1000, 20000],

@@ -36,7 +36,7 @@ def aligned_arguments(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], Lab
 
     Examples:
         >>> speed = pd.Series([20.0, 30.0], index=["a", "b"])
-        >>> arguments, label_result = aligned({"speed": speed, "slip": 0.05})
+        >>> arguments, label_result = aligned_arguments({"speed": speed, "slip": 0.05})
         >>> list(label_result(np.array([0.01, 0.02]), "mu").index)
         ['a', 'b']
     """

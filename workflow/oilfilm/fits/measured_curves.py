@@ -578,7 +578,7 @@ def choose_curves(
         >>> x = np.linspace(-3, 3, 61)
         >>> rows = np.stack([np.ones_like(x), x], axis=-1)[:, np.newaxis]
         >>> new = np.swapaxes(rows, 1, 2) @ rows
-        >>> design = choose(np.diag([4.0, 10.0]), new, np.array([[1.0, 0.5]]), 1)
+        >>> design = choose_curves(np.diag([4.0, 10.0]), new, np.array([[1.0, 0.5]]), 1)
         >>> print(f"{x[design.chosen_indices[0]]:.1f} {design.uncertainty_after[0] ** 2:.3f}")
         2.5 0.200
     """

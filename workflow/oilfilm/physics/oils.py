@@ -344,7 +344,7 @@ def so_klaus_coefficient_1_pa(
     Examples:
         An ester of 25 cSt at 40 degC and 5 cSt at 100 degC, at 40 degC, by hand 19 1/GPa:
 
-        >>> print(f"{so_klaus_1_pa(25.0, 3.556, 960.0) * 1e9:.0f} 1/GPa")
+        >>> print(f"{so_klaus_coefficient_1_pa(25.0, 3.556, 960.0) * 1e9:.0f} 1/GPa")
         19 1/GPa
     """
     log_nu = np.log10(viscosity_cst)
@@ -372,7 +372,7 @@ def roelands_coefficient_1_pa(viscosity_pa_s: Floats, z: Floats) -> FloatArray:
     Examples:
         10 mPa s and z 0.6: 0.6 * (9.67 - 4.605)/1.962e8 by hand:
 
-        >>> print(f"{roelands_1_pa(0.010, 0.6) * 1e9:.1f} 1/GPa")
+        >>> print(f"{roelands_coefficient_1_pa(0.010, 0.6) * 1e9:.1f} 1/GPa")
         15.5 1/GPa
     """
     return np.asarray(z * (np.log(viscosity_pa_s) + 9.67) / 1.962e8)

@@ -128,7 +128,7 @@ def eyring_shear_stress(
     Examples:
         At eta gamma = sinh(1) tau_E the stress is tau_E:
 
-        >>> print(f"{eyring_stress(np.sinh(1.0), 5e6, 5e6) / 1e6:.3f} MPa")
+        >>> print(f"{eyring_shear_stress(np.sinh(1.0), 5e6, 5e6) / 1e6:.3f} MPa")
         5.000 MPa
     """
     newtonian_stress_pa = viscosity_pa_s * shear_rate_1_s
@@ -299,7 +299,7 @@ def mean_film_temperature_rise(
 
         >>> oil = InletOil(5.006e-3, 1.103e-8, 0.01996, 0.1472)
         >>> contact = Conditions(142, 1.5, 25, 100, radius_x_m=0.010, reduced_modulus_pa=221.6e9)
-        >>> print(f"{mean_film_rise(oil, contact, 0.02, 0.05, 46, 3.6e6):.1f} K")
+        >>> print(f"{mean_film_temperature_rise(oil, contact, 0.02, 0.05, 46, 3.6e6):.1f} K")
         6.9 K
     """
     speed_m_s = conditions.entrainment_speed_m_s

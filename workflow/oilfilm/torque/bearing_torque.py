@@ -760,7 +760,7 @@ def every_second_level(levels: Sequence[float]) -> list[float]:
     """Every second level in rising order, both ends among them.
 
     Examples:
-        >>> every_second([1.0, 2.0, 3.0, 4.0])
+        >>> every_second_level([1.0, 2.0, 3.0, 4.0])
         [1.0, 3.0, 4.0]
     """
     rising = sorted(levels)

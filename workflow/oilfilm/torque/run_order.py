@@ -40,7 +40,7 @@ def ordering_condition(conditions: FloatArray) -> str:
 
     Examples:
         >>> rising = np.array([(p, 30, t) for p in (1.0, 1.2, 1.5, 1.8) for t in (50, 90)])
-        >>> ordered_by(rising), ordered_by(rising[[5, 0, 3, 6, 1, 4, 7, 2]])
+        >>> ordering_condition(rising), ordering_condition(rising[[5, 0, 3, 6, 1, 4, 7, 2]])
         ('max_hertz_pressure_gpa', '')
     """
     if len(conditions) < _FEWEST_RUNS:
