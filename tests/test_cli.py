@@ -315,6 +315,7 @@ def test_no_traction_is_planned_for_a_torque_that_hangs_on_something_else(
     assert "max_hertz_pressure_gpa" not in text
 
 
+@pytest.mark.nightly
 def test_plan_for_other_bearing_and_duty(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     duty = ["--bearing", "harris-218", "--duty", "20kN,5000rpm,100degC"]
     assert plan(results, *duty, "--for", "cage-slip", "--count", "1") == 0

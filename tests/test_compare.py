@@ -139,6 +139,7 @@ def test_results_are_found_by_project_and_by_campaign(
     assert "--oil" not in capsys.readouterr().err
 
 
+@pytest.mark.nightly
 def test_ratio_by_runs_is_much_narrower_than_that_of_two_laws(folders: list[Path]) -> None:
     oil_by_name = {folder.name: read_oil(folder, "oil") for folder in folders}
     law_by_name = {name: oil.fit for name, oil in oil_by_name.items()}

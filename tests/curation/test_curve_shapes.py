@@ -142,6 +142,7 @@ def test_good_repeat_is_kept_in_place_of_one_with_a_defect(bad_name: str):
     assert f"{kept}, which is kept" in reasons[repeated]
 
 
+@pytest.mark.nightly
 def test_clean_logs_at_six_log_spaced_slips_are_accepted():
     conditions = latin()
     conditions[:, 2] = 25 + (conditions[:, 2] - 25) * 45 / 95

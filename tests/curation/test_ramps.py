@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from bad_logs import CONFIG, csv
 from campaigns import rig_contact
-from nights import examples, quick_ones
+from nights import examples, nightly, quick_ones
 from oilfilm.curation import ramps
 from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
@@ -241,7 +241,7 @@ def test_any_slip_that_moves_ends_in_a_verdict(
         assert np.median(error) < allowed
 
 
-@pytest.mark.parametrize("zero_term_count", [0, 2])
+@pytest.mark.parametrize("zero_term_count", quick_ones([0, 2], [2]))
 def test_error_of_a_row_counts_every_parameter_of_the_fit(zero_term_count: int) -> None:
     """Noise that a fit takes away, over its variance: the number of parameters in the mean."""
     row_count, noise_n, load_n = 300, 0.05, 120.0
@@ -278,7 +278,7 @@ def test_zero_is_found_by_both_directions_or_refused() -> None:
     assert verdict(curated(ramp(ONE_WAY, seconds=125))) == ("refused", "zero_missing")
 
 
-@pytest.mark.parametrize(("drift_n", "rule"), [(0.1, ""), (0.5, "zero_drift")])
+@pytest.mark.parametrize(("drift_n", "rule"), [nightly(0.1, ""), (0.5, "zero_drift")])
 def test_zero_that_drifts_is_followed_or_refused(drift_n: float, rule: str) -> None:
     judged = curated(ramp(TRIANGLE, drift_n=drift_n))
     assert verdict(judged)[1] == rule

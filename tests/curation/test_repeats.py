@@ -181,6 +181,7 @@ def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: CuratedTables
     assert found == {both, middle, ()}
 
 
+@pytest.mark.nightly
 def test_copy_is_found_among_points_in_whatever_order(one_run: CuratedTables) -> None:
     """Shares of a campaign and its oils come one after the other."""
     measured = repeats(one_run, 6, seed=7)

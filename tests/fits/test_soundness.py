@@ -113,6 +113,7 @@ def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
         assert row["changed_runs"][-1] == "run023"
 
 
+@pytest.mark.nightly
 def test_a_blend_that_grows_is_found(config: Settings) -> None:
     # it acts like several causes at once, so that its course over the runs is not sure
     row = verdict(config, points_of(config, Drift(other=np.linspace(0, 0.8, RUNS)), 1))
@@ -165,6 +166,7 @@ def test_a_speed_that_is_the_sum_is_named_without_a_label(config: Settings) -> N
     assert "entrainment speed" in sentence
 
 
+@pytest.mark.nightly
 def test_runs_with_a_column_of_their_own_are_named_by_it(config: Settings) -> None:
     texts = [("time [s]", "T [K]") if is_of_half else ("time [s]",) for is_of_half in HALF]
     points = points_of(config, Drift(force=1 + 0.05 * HALF), 1)
@@ -185,6 +187,7 @@ def test_temperatures_that_were_exchanged_among_runs_are_named(config: Settings)
     assert "run003, run008, run015, run020" in sentence
 
 
+@pytest.mark.nightly
 def test_no_change_is_named_where_the_settings_ask_for_more(config: Settings) -> None:
     points = points_of(config, DRIFTS["mu falls"][0], 1)
     assert verdict(config, points)["campaign_verdict"] == "changed"
@@ -200,6 +203,7 @@ def test_a_clean_campaign_raises_no_alarm(config: Settings, seed: int) -> None:
     assert (row["campaign_verdict"], row["law_verdict"]) == ("steady", "adequate")
 
 
+@pytest.mark.nightly
 def test_smallest_change_is_larger_in_the_order_of_a_condition(config: Settings) -> None:
     at_random = verdict(config, points_of(config, Drift(), 2))
     in_order = verdict(config, points_of(config, Drift(), 2, in_order=True))

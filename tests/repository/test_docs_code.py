@@ -94,6 +94,7 @@ def test_pcs_log_prints_what_the_tutorial_says(
     refuse_missing("pcs-log.md", follow("pcs-log.md", tmp_path, monkeypatch, capfd))
 
 
+@pytest.mark.nightly
 def test_bearing_of_the_tutorial_has_an_equilibrium(capsys: pytest.CaptureFixture[str]) -> None:
     code = "\n".join(content for language, content in blocks("bearing.md") if language == "python")
     exec(code, {})

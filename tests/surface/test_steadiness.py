@@ -54,6 +54,7 @@ def test_a_step_of_the_force_is_named_with_its_runs_whether_or_not_a_law_is_true
     assert change.size == pytest.approx(np.log(1.05), abs=0.015)
 
 
+@pytest.mark.nightly
 def test_the_fewer_runs_are_suspect_when_a_step_comes_early():
     measured, curves = campaign(np.where(TIME >= 8, 1.05, 1.0))
     change = largest_change(covariance_of(measured), TIME[curves])
@@ -101,6 +102,7 @@ def test_a_label_makes_a_smaller_change_visible():
     np.testing.assert_array_equal(named.pattern, some[curves])
 
 
+@pytest.mark.nightly
 def test_a_label_names_its_runs_even_if_they_are_the_most():
     some = np.arange(RUNS) % 3 != 1
     measured, curves = campaign(np.where(some, 0.93, 1.0))
@@ -152,6 +154,7 @@ def test_a_wrong_law_in_the_order_of_a_condition_is_no_huge_trend():
     assert not change.is_alarm
 
 
+@pytest.mark.nightly
 def test_changes_of_the_smallest_size_are_named_and_of_half_of_it_are_not():
     measured, curves = campaign(np.ones(RUNS), "own")
     order = TIME[curves]

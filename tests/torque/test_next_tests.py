@@ -161,6 +161,7 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     assert (ratio > 0.1).all()
 
 
+@pytest.mark.nightly
 def test_tests_near_the_contacts_win(results: CampaignTables, request_for: PlanRequest) -> None:
     """Distances of the first test from the contacts, in spans of the tests to choose from."""
     mean_distances = []

@@ -102,6 +102,7 @@ def unlike(before: Path, after: Path) -> list[str]:
     return changes + [", ".join(statement[:-1]) for statement in statements]
 
 
+@pytest.mark.nightly
 @pytest.mark.skipif(NEWEST == [OLDEST], reason="this machine has the oldest kernel alone")
 def test_no_kernel_changes_a_verdict_or_a_number_beyond_its_error(tmp_path: Path) -> None:
     blank = tmp_path / "blank"
