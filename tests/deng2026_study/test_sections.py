@@ -135,3 +135,9 @@ def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign)
     # logs that another program simulated need not have these signs
     elsewhere = without(demo.config, "twin", "torque")
     assert "signs in use. The points were SIMULATED: this says nothing of" in line(sure, elsewhere)
+
+
+def test_unknown_reason_of_a_claim_is_an_error(demo_tables: CampaignTables, demo: Campaign) -> None:
+    claims = demo_tables.claims.assign(reason_code="unheard_of")
+    with pytest.raises(KeyError, match="unheard_of"):
+        study.sections(demo_tables.replace(claims=claims), demo.config)

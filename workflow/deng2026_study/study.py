@@ -286,7 +286,7 @@ def _claim_entry(
     for row in tables.rows(claim_rows):
         basis = BASIS_LABELS[row["basis"]]
         if row["reason_code"]:
-            reason = paper_claims.cannot_be_checked.get(row["reason_code"])
+            reason = paper_claims.cannot_be_checked[row["reason_code"]]
             finding = f"cannot be checked: {reason}."
         else:
             numbers_of_basis = claim_numbers[claim_numbers["basis"] == row["basis"]]
