@@ -447,6 +447,7 @@ def _choice_section(results: CampaignTables) -> Section:
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         truth=choice_by_truth(advice, results.true_cage_slip),
+        smallest_slip=_SMALLEST_RELATIVE_SLIP,
         share=STAYS_BEST_SHARE,
         certainty=certainty if certainty["draws_answered"].any() else None,
     )
