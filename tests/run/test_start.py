@@ -14,8 +14,8 @@ from oilfilm.run.start import (
     UNUSABLE_LETTERS,
     check_image,
     check_machine,
+    make_python_findable_by_name,
     reset_future_dates,
-    start_python_by_name,
 )
 
 # The shell that make asks loses a newline at the end.
@@ -38,7 +38,7 @@ def test_python_in_a_folder_with_a_blank(tmp_path: Path, monkeypatch: pytest.Mon
     python.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(python))
     monkeypatch.setenv("PATH", "/usr/bin")
-    start_python_by_name()
+    make_python_findable_by_name()
     assert sys.executable == "python"
     found = subprocess.run(sys.executable, shell=True, capture_output=True, text=True, check=True)
     assert found.stdout == "found\n"
