@@ -31,4 +31,4 @@ def _yaml_on_one_line(value: object) -> str:
         value, default_flow_style=True, allow_unicode=True, sort_keys=False, width=np.inf
     )
     # a last key without a value is to be filled in
-    return re.sub(r" null}$", " }", text.removesuffix("\n").removesuffix("\n..."))
+    return re.sub(r": null}$", ": }", text.removesuffix("\n").removesuffix("\n..."))
