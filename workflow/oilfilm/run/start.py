@@ -134,6 +134,9 @@ def lock_run(snakemake_folder: Path) -> None:
     with _open_lock(snakemake_folder) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # From now on the jobs of this run hold the lock too. The change is not atomic: if
+            # another run takes the lock in between, this one gives up.
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OilfilmError(
                 f"Another run is active in {snakemake_folder.absolute().parent}, or a job of one "
@@ -142,7 +145,6 @@ def lock_run(snakemake_folder: Path) -> None:
             ) from None
         except OSError:  # a file system without such locks
             return
-        fcntl.flock(file, fcntl.LOCK_SH)  # from now on its jobs hold it too
         os.dup(file.fileno())  # never closed
 
 
