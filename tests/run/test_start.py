@@ -55,6 +55,12 @@ def test_file_in_the_place_of_a_folder_is_told(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
 
 
+def test_link_to_nothing_is_told(tmp_path: Path) -> None:
+    (tmp_path / "results").symlink_to(tmp_path / "unmounted")
+    with pytest.raises(OilfilmError, match=r"results: is a link to .*unmounted, which does not"):
+        check_machine([tmp_path / "results" / "demo"])
+
+
 def test_second_run_that_takes_the_lock_first_refuses_this_one(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

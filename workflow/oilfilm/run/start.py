@@ -71,6 +71,12 @@ def _check_writable(path: Path) -> None:
     existing_path = next(
         folder for folder in (path, *path.absolute().parents) if os.path.lexists(folder)
     )
+    if not existing_path.exists():
+        target = existing_path.readlink()
+        raise OilfilmError(
+            f"{existing_path}: is a link to {target}, which does not exist. Make the folder, or "
+            "remove the link."
+        )
     if not existing_path.is_dir():
         raise OilfilmError(f"{existing_path}: is a file, expected a folder. Move it.")
     if not os.access(existing_path, os.W_OK):
