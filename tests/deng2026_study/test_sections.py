@@ -11,7 +11,7 @@ from campaigns import REFERENCE, Campaign, printed, without
 from deng2026_study import study
 from deng2026_study.audit.audit import audit, printed_evidence
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
-from deng2026_study.printed_constants import judge_printed
+from deng2026_study.printed_constants import compare_printed_with_fit
 from deng2026_study.printed_law import add_printed_values
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
@@ -44,7 +44,9 @@ def demo_tables(demo: Campaign) -> CampaignTables:
         sign_verdicts=sign_verdicts,
         **audit(read_claims(CLAIMS).claims, [printed_evidence(printed(), config)]),
     )
-    judged = judge_printed(results, printed(), config.oils, study_settings(config).printed)
+    judged = compare_printed_with_fit(
+        results, printed(), config.oils, study_settings(config).printed
+    )
     return results.replace(printed_judged=judged)
 
 
