@@ -405,7 +405,9 @@ def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal |
     """
     # NaN where the log has no time
     interval_s = median(np.diff(signals.time_s))
-    slip_step = median(np.abs(np.diff(signals["slide_roll_ratio"])))
+    slip = signals["slide_roll_ratio"]
+    # a row at rest has no slip
+    slip_step = median(np.abs(np.diff(slip[np.isfinite(slip)])))
     least_step = settings.min_step / 2
     fields = dict(rows=len(signals), interval=interval_s, step=slip_step)
     fields |= dict(least_s=settings.min_duration_s, least=least_step)
