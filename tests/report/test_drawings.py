@@ -150,9 +150,9 @@ def test_panel_keeps_what_it_draws() -> None:
     x, y = np.arange(3.0), np.array([1.0, 4.0, 9.0])
     panel.line("line", x, y, {"color": "black"}, oil="4102", lower=y - 1, upper=y + 2)
     panel.dots("dots", x, 2 * y, {"marker": "o"}, lower=y, upper=4 * y)
-    for part, line in zip(panel.drawn_parts, panel.axis.get_lines(), strict=False):
+    for part, line in zip(panel.drawn_parts, panel.axes.get_lines(), strict=False):
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([part["x"], part["y"]]))
-    band, bars = panel.axis.collections
+    band, bars = panel.axes.collections
     for part, edges in ((panel.drawn_parts[0], band), (panel.drawn_parts[1], bars)):
         vertices = np.concatenate([path.vertices for path in edges.get_paths()])
         for end in ("y_lower", "y_upper"):
