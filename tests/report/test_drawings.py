@@ -13,7 +13,7 @@ from drawn_results import with_refits
 from fit_points import matrix
 from nights import nightly, quick_ones
 from oilfilm.report.figures import curves
-from oilfilm.report.figures.sheet import Sheet
+from oilfilm.report.figures.sheet import Sheet, table_page
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -221,3 +221,11 @@ def test_map_shows_the_state_of_each_condition(config: Settings) -> None:
     assert drawn["series"].value_counts().to_dict() == states
     assert drawn.loc[drawn["series"] == "refused", "words"].tolist() == ["0/2"]
     assert nothing_is_cut_off(figure)
+
+
+@pytest.mark.parametrize("texts", [["A0"], ["A0", "A1", "A2"]])
+def test_column_of_a_table_has_a_text_in_each_row(texts: list[str]) -> None:
+    *_, write_column = table_page(3.5, 2, 0.17, 0.34, [])
+    write_column(0, "constant", ["A0", "A1"])
+    with pytest.raises(ValueError, match="argument 2"):
+        write_column(0, "constant", texts)

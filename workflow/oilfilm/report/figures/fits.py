@@ -93,7 +93,7 @@ def draw_constants(coefficients: pd.DataFrame, oils: Sequence[str], note: str = 
         write(
             left_edge + 0.53 * oil_share,
             f"{oil}\n",
-            [],
+            [""] * len(shown_constants),
             ha="center",
             color=colour,
             fontweight="bold",

@@ -391,7 +391,7 @@ def table_page(
 
     Returns:
         Figure, panel, and a function that writes a column. Its arguments: position from 0 to 1 of
-        the width, head, texts of the rows, keywords of the head alone, keywords of all texts.
+        the width, head, a text for each row, keywords of the head alone, keywords of all texts.
     """
     heights = np.broadcast_to(row_in, row_count)
     letters_per_line = round(width / _NOTE_LETTER_IN)
@@ -408,7 +408,7 @@ def table_page(
         cell_look.update(look)
         panel.axes.text(x, head_in / 2, head, **cell_look | (head_look or {}))
         middles = head_in + heights.cumsum() - heights / 2
-        for y, text in zip(middles, texts, strict=False):
+        for y, text in zip(middles, texts, strict=True):
             panel.axes.text(x, y, text, **cell_look)
 
     for edge in (0.0, head_in, table_in):
