@@ -82,7 +82,6 @@ def search(
         One optimum per search.
     """
     thinned_problem = problem.thinned(_POINTS_TO_FIND_VALLEYS)
-    # the `polished` members of each population are the starts of its descents
     members = np.stack([_evolved_members(thinned_problem, settings, random) for random in randoms])
     search_count, member_count, free_count = members.shape
     starts = members.reshape(-1, free_count)
@@ -136,6 +135,7 @@ def _evolved_members(
         vectorized=True,
         rng=random,
     )
+    # so many members are the starts of descents in `search`
     ranks = np.linspace(0, len(result.population) - 1, settings.polished).astype(int)
     members_by_rank = np.argsort(result.population_energies, kind="stable")
     return np.asarray(result.population[members_by_rank[ranks]])
