@@ -22,6 +22,7 @@ from foreign_logs import CONDITIONS, GERMAN, bench_and_runs, write_logs
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
 from oilfilm.cli.init import NewProject, make_project
+from oilfilm.cli.settings_line import settings_line
 from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.sheet_file import sheet_of_paths
 from oilfilm.logs.traction_log import TRACTION
@@ -420,3 +421,10 @@ def test_a_time_beside_a_total_time_is_asked_for(tmp_path: Path, names: tuple[st
     text = "\n".join([header, *(",".join(map(str, row)) for row in rows.tolist()), ""])
     made_project = project_of_bytes(tmp_path, text.encode())
     assert f"perhaps {time_name}, {total_name}" in made_project.lines_by_key["time"]
+
+
+def test_only_a_key_without_a_value_is_left_empty() -> None:
+    assert (
+        settings_line("oil", {"name": "4010", "density": None}) == "oil: {name: '4010', density: }"
+    )
+    assert settings_line("oil", {"name": "not null"}) == "oil: {name: not null}"

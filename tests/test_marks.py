@@ -197,10 +197,12 @@ def test_form_of_adore_is_marked(config: Settings) -> None:
     rows = adore_rows(replace(description, adore_points=points))
     assert [row["outside_tested_box"] for row in rows] == [False, True]
     assert not any(row["peak_above_limiting_stress"] for row in rows)
-    weak_coefficients = replace(description.fitted.coefficients, limiting_stress_ratio=1e-4)
+    weak_coefficients = replace(
+        description.law_with_constants.coefficients, limiting_stress_ratio=1e-4
+    )
     weak_description = replace(
         description,
-        fitted=replace(description.fitted, coefficients=weak_coefficients),
+        law_with_constants=replace(description.law_with_constants, coefficients=weak_coefficients),
         adore_points=points,
     )
     assert all(row["peak_above_limiting_stress"] for row in adore_rows(weak_description))

@@ -5,7 +5,7 @@ from matplotlib.figure import Figure
 
 from examples import settings, simulated_fit, simulated_points
 from oilfilm.fits.fit import errors_at_curves_left_out
-from oilfilm.fits.global_search import Optimum, polish, population_sse, search
+from oilfilm.fits.global_search import Optimum, converge, population_sse, search
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.fits.uncertainty import naive_covariance, profiles
 from oilfilm.traction.law import to_internal
@@ -125,7 +125,7 @@ def fitted_problem() -> tuple[Problem, Optimum]:
     data = curve_data(fit.campaign_points, law.conditions)
     problem = build_problem(law, data, coefficients.group_has_exponent)
     start = to_internal(law, coefficients.constants)[problem.is_free]
-    return problem, polish(problem, start)
+    return problem, converge(problem, start)
 
 
 def rms(values: np.ndarray) -> float:

@@ -167,6 +167,16 @@ def test_signal_against_time_is_no_table_of_settled_readings() -> None:
     ]
 
 
+def test_signal_without_time_is_no_table_of_settled_readings_even_if_it_begins_at_rest() -> None:
+    """At rest the slide-roll ratio is 0/0."""
+    slips = tuple(np.linspace(0.0, 0.2, 400))
+    lines = readings(0.0, slips, 1e-4).decode().splitlines()
+    first_row = next(index for index, line in enumerate(lines) if line.startswith("load_n")) + 1
+    lines[first_row] = lines[first_row].replace(",30,", ",0,")
+    log = ("\n".join(lines) + "\n").encode()
+    assert rules(curate_logs([("log", log)], CONFIG)) == ["no_settled_readings"]
+
+
 @pytest.mark.parametrize("interval_s", [1.0, 2.0, 5.0, 10.0])
 def test_slow_log_has_its_zero_in_as_many_rows_as_it_needs(interval_s: float) -> None:
     values = good((0.0, *SLIPS, 0.0), seconds=1.0)

@@ -190,8 +190,8 @@ def of_map(campaign: str) -> dict[str, Any]:
     last_resort = advice[advice["true_judgement"] == "slips more"]["advised_oil"] == "4102"
     return {
         **compared,
-        "slip_error": 100 * compared["slip_error"],
-        "torque_errors": [100 * compared[f"{name}torque_error"] for name in ("", "largest_")],
+        "slip_error": 100 * compared["median_slip_error"],
+        "torque_errors": [100 * compared[f"{name}_torque_error"] for name in ("median", "largest")],
         "limits_move": span(band["agreeing_points"], factor=1),
         "beyond_speed": 100 * slips["share_beyond_speed"].mean(),
         "beyond_pressure": 100 * slips["share_beyond_pressure"].mean(),

@@ -4,6 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from deng2026_study import study
 from deng2026_study.advice import NO_EQUILIBRIUM, OUTSIDE_FILM_FORMULA
 from deng2026_study.study import sections
 from oilfilm import tables
@@ -108,3 +109,19 @@ def test_operating_points_without_a_choice_are_told_by_reason(config: Settings) 
     assert "No choice at 2 operating points: no oil has enough film." in text
     assert "No choice at 1 operating point: an oil has no equilibrium." in text
     assert "No choice at 1 operating point: the choice depends on a film" in text
+
+
+def test_report_tells_the_slip_above_which_relative_errors_count(
+    config: Settings, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(study, "_SMALLEST_RELATIVE_SLIP", 0.02)
+    points = pd.DataFrame(dict.fromkeys(OPERATING_POINT_COLUMNS, np.arange(1.0)))
+    advice = points.assign(bearing="any", judgement="agree", true_judgement="agree")
+    truth = points.assign(bearing="any", cage_slip=0.1)
+    results = CampaignTables.from_frames(
+        slip_advice=tables.filled_table(advice, "slip_advice"),
+        cage_slip=tables.filled_table(truth, "cage_slip"),
+        true_cage_slip=tables.filled_table(truth, "true_cage_slip"),
+    )
+    (section,) = [each for each in sections(results, config) if each.anchor == "choice"]
+    assert any("truly slips by more than 2 %" in fact.text for fact in section.facts)

@@ -18,7 +18,7 @@ from deng2026_study import printed_constants as signs
 from deng2026_study.printed_constants import (
     LAW,
     TractionOverBox,
-    judge_printed,
+    compare_printed_with_fit,
     largest_difference,
     sign_verdicts,
     squared_error,
@@ -229,7 +229,7 @@ def judged(config: Settings, fitted: np.ndarray, points: pd.DataFrame) -> dict[s
         points=points, coefficients=coefficients.assign(value=fitted), fit_quality=quality
     )
     (row,) = tables.rows(
-        judge_printed(results, printed(), config.oils, study_settings(config).printed)
+        compare_printed_with_fit(results, printed(), config.oils, study_settings(config).printed)
     )
     return row
 
@@ -257,7 +257,7 @@ def test_largest_difference_lies_where_the_plateaus_part() -> None:
 
 def test_oils_without_printed_constants_or_fit_have_no_row(config: Settings) -> None:
     oils = ["unrecorded-oil", "4050"]
-    assert judge_printed(
+    assert compare_printed_with_fit(
         CampaignTables.from_frames(), printed(), oils, study_settings(config).printed
     ).empty
 

@@ -11,7 +11,7 @@ from campaigns import REFERENCE, Campaign, printed, without
 from deng2026_study import study
 from deng2026_study.audit.audit import audit, printed_evidence
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
-from deng2026_study.printed_constants import judge_printed
+from deng2026_study.printed_constants import compare_printed_with_fit
 from deng2026_study.printed_law import add_printed_values
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
@@ -44,7 +44,9 @@ def demo_tables(demo: Campaign) -> CampaignTables:
         sign_verdicts=sign_verdicts,
         **audit(read_claims(CLAIMS).claims, [printed_evidence(printed(), config)]),
     )
-    judged = judge_printed(results, printed(), config.oils, study_settings(config).printed)
+    judged = compare_printed_with_fit(
+        results, printed(), config.oils, study_settings(config).printed
+    )
     return results.replace(printed_judged=judged)
 
 
@@ -135,3 +137,9 @@ def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign)
     # logs that another program simulated need not have these signs
     elsewhere = without(demo.config, "twin", "torque")
     assert "signs in use. The points were SIMULATED: this says nothing of" in line(sure, elsewhere)
+
+
+def test_unknown_reason_of_a_claim_is_an_error(demo_tables: CampaignTables, demo: Campaign) -> None:
+    claims = demo_tables.claims.assign(reason_code="unheard_of")
+    with pytest.raises(KeyError, match="unheard_of"):
+        study.sections(demo_tables.replace(claims=claims), demo.config)

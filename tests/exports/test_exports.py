@@ -409,7 +409,9 @@ def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None
 
 
 def test_what_keeps_a_fit_from_being_sound_is_in_code_and_json(fit: Description) -> None:
-    texts = texts_of(replace(fit, fitted=replace(fit.fitted, warnings=("It drifts.",))))
+    texts = texts_of(
+        replace(fit, law_with_constants=replace(fit.law_with_constants, warnings=("It drifts.",)))
+    )
     assert json.loads(texts["traction_4050.json"])["fit"]["not_sound_because"] == ["It drifts."]
     assert "NOT SOUND: It drifts." in texts["traction_4050.h"]
 

@@ -21,7 +21,7 @@ def refit(
 ) -> tuple[FloatArray, FloatArray]:
     """Newton's method from one start, with other weights of the curves in each refit."""
     starts = np.tile(start, (len(weights), 1))
-    return descend(problem, starts, weights=weights, tolerance=tolerance, starts_near_ends=True)
+    return descend(problem, starts, weights=weights, tolerance=tolerance, use_newton=True)
 
 
 @pytest.fixture(scope="module")

@@ -21,7 +21,7 @@ from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fit_tables import certificate_columns, gradient_cosine, hessian_spectrum
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.global_search import Optimum, polish
+from oilfilm.fits.global_search import Optimum, converge
 from oilfilm.fits.robust_fit import fit_robustly
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.report.sections.build import curve_facts
@@ -91,7 +91,7 @@ def test_naive_errors_are_right_where_points_are_independent() -> None:
     estimates, errors = [], []
     for _ in range(150):
         noisy = replace(task, mu=task.mu + 2e-4 * random.standard_normal(len(task.mu)))
-        end = global_search.polish(noisy, truth)
+        end = global_search.converge(noisy, truth)
         estimates.append(end.constants)
         errors.append(np.sqrt(np.diag(naive_covariance(noisy, end))))
     ratio = np.std(estimates, axis=0, ddof=1) / np.mean(errors, axis=0)
@@ -349,7 +349,7 @@ def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:
     for _ in range(40):
         mu = problem.mu + 2e-4 * random.standard_normal(len(problem.mu))
         noisy = replace(problem, mu=mu)
-        plain = polish(noisy, truth)
+        plain = converge(noisy, truth)
         robust = fit_robustly(noisy, plain)
         assert robust is not None
         ratio.append([error(plain.constants) ** 2, error(robust[0]) ** 2])

@@ -88,7 +88,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
             ),
             mu=task.mu[~mine],
         )
-        end = global_search.polish(others, best.constants)
+        end = global_search.converge(others, best.constants)
         expected = task.residual(end.constants)[mine]
         np.testing.assert_allclose(errors[mine], expected, rtol=1e-3, atol=1e-8)
 

@@ -90,14 +90,16 @@ def grid() -> pd.DataFrame:
 def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """Columns that the exported functions take: the law's groups that it follows, and S."""
     groups = fit.law.group_values(rows[list(fit.law.conditions)].to_numpy())
-    return np.column_stack([groups[:, fit.fitted.coefficients.group_has_exponent], rows[SLIP]])
+    return np.column_stack(
+        [groups[:, fit.law_with_constants.coefficients.group_has_exponent], rows[SLIP]]
+    )
 
 
 def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """mu by the library's own prediction, not by anything of the exports."""
-    fixed = [each.condition for each in fit.fitted.coefficients.fixed_conditions]
+    fixed = [each.condition for each in fit.law_with_constants.coefficients.fixed_conditions]
     conditions = rows.assign(**dict.fromkeys(fixed, np.nan))[list(fit.law.conditions)].to_numpy()
-    return fit.fitted.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
+    return fit.law_with_constants.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
 
 
 def beyond(fit: Description, arguments: np.ndarray, mu: np.ndarray) -> np.ndarray:

@@ -161,12 +161,12 @@ DAMAGE = '''def held_longer(log: SoundLog) -> bytes:
 
 FIGURE = '''"""How the tested slips are spread."""
 
-from oilfilm.report.figures.sheet import Sheet, register
+from oilfilm.report.figures.sheet import Sheet, declare_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
 
-@register(family="data", tables=("points",))
+@declare_figure(family="data", tables=("points",))
 def tested_slips(results: CampaignTables, settings: Settings) -> Sheet:
     """Tested slips.
 

@@ -9,7 +9,7 @@ from campaigns import printed
 from oilfilm import tables
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.fits.global_search import Optimum, polish
+from oilfilm.fits.global_search import Optimum, converge
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, Law, to_internal
@@ -71,4 +71,4 @@ def polished(
 ) -> tuple[Problem, Optimum]:
     """The problem, and the optimum next to its true constants."""
     problem = problem_of(points, law)
-    return problem, polish(problem, to_internal(law, np.array(truth))[problem.is_free])
+    return problem, converge(problem, to_internal(law, np.array(truth))[problem.is_free])

@@ -13,7 +13,7 @@ from drawn_results import with_refits
 from fit_points import matrix
 from nights import nightly, quick_ones
 from oilfilm.report.figures import curves
-from oilfilm.report.figures.sheet import Sheet
+from oilfilm.report.figures.sheet import Sheet, table_page
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
@@ -150,9 +150,9 @@ def test_panel_keeps_what_it_draws() -> None:
     x, y = np.arange(3.0), np.array([1.0, 4.0, 9.0])
     panel.line("line", x, y, {"color": "black"}, oil="4102", lower=y - 1, upper=y + 2)
     panel.dots("dots", x, 2 * y, {"marker": "o"}, lower=y, upper=4 * y)
-    for part, line in zip(panel.drawn_parts, panel.axis.get_lines(), strict=False):
+    for part, line in zip(panel.drawn_parts, panel.axes.get_lines(), strict=False):
         np.testing.assert_array_equal(line.get_xydata(), np.column_stack([part["x"], part["y"]]))
-    band, bars = panel.axis.collections
+    band, bars = panel.axes.collections
     for part, edges in ((panel.drawn_parts[0], band), (panel.drawn_parts[1], bars)):
         vertices = np.concatenate([path.vertices for path in edges.get_paths()])
         for end in ("y_lower", "y_upper"):
@@ -221,3 +221,11 @@ def test_map_shows_the_state_of_each_condition(config: Settings) -> None:
     assert drawn["series"].value_counts().to_dict() == states
     assert drawn.loc[drawn["series"] == "refused", "words"].tolist() == ["0/2"]
     assert nothing_is_cut_off(figure)
+
+
+@pytest.mark.parametrize("texts", [["A0"], ["A0", "A1", "A2"]])
+def test_column_of_a_table_has_a_text_in_each_row(texts: list[str]) -> None:
+    *_, write_column = table_page(3.5, 2, 0.17, 0.34, [])
+    write_column(0, "constant", ["A0", "A1"])
+    with pytest.raises(ValueError, match="argument 2"):
+        write_column(0, "constant", texts)

@@ -1,11 +1,13 @@
 """What a machine refuses is told in a sentence before the first step, and nothing is written."""
 
+import fcntl
 import os
 import shutil
 import subprocess
 import sys
 import time
 from pathlib import Path
+from typing import IO
 
 import pytest
 
@@ -14,8 +16,9 @@ from oilfilm.run.start import (
     UNUSABLE_LETTERS,
     check_image,
     check_machine,
+    lock_run,
+    make_python_findable_by_name,
     reset_future_dates,
-    start_python_by_name,
 )
 
 # The shell that make asks loses a newline at the end.
@@ -38,7 +41,7 @@ def test_python_in_a_folder_with_a_blank(tmp_path: Path, monkeypatch: pytest.Mon
     python.chmod(0o755)
     monkeypatch.setattr(sys, "executable", str(python))
     monkeypatch.setenv("PATH", "/usr/bin")
-    start_python_by_name()
+    make_python_findable_by_name()
     assert sys.executable == "python"
     found = subprocess.run(sys.executable, shell=True, capture_output=True, text=True, check=True)
     assert found.stdout == "found\n"
@@ -50,6 +53,31 @@ def test_file_in_the_place_of_a_folder_is_told(tmp_path: Path) -> None:
         check_machine([tmp_path / "results" / "demo"])
     check_machine([tmp_path / "new" / "folder"])
     assert [path.name for path in tmp_path.iterdir()] == ["results"]
+
+
+def test_link_to_nothing_is_told(tmp_path: Path) -> None:
+    (tmp_path / "results").symlink_to(tmp_path / "unmounted")
+    with pytest.raises(OilfilmError, match=r"results: is a link to .*unmounted, which does not"):
+        check_machine([tmp_path / "results" / "demo"])
+
+
+def test_second_run_that_takes_the_lock_first_refuses_this_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Changing the kind of a lock is not atomic: flock(2)."""
+    system_flock = fcntl.flock
+    with (tmp_path / "oilfilm.lock").open("a+b") as second_run:
+
+        def flock(file: IO[bytes], operation: int) -> None:
+            if operation & fcntl.LOCK_SH:
+                assert operation & fcntl.LOCK_NB, "waits, and then runs beside the second run"
+                system_flock(file, fcntl.LOCK_UN)
+                system_flock(second_run, fcntl.LOCK_EX)
+            system_flock(file, operation)
+
+        monkeypatch.setattr(fcntl, "flock", flock)
+        with pytest.raises(OilfilmError, match="Another run is active"):
+            lock_run(tmp_path)
 
 
 def test_image_that_is_not_here_is_told(tmp_path: Path) -> None:

@@ -131,7 +131,7 @@ def test_each_of_forty_searches_finds_the_planted_law(
     task = problem_of(points_of(law, noise), law)
     randoms = [generator(3, "forty", law.name, number) for number in range(40)]
     ends = np.array([optimum.sse for optimum in global_search.search(task, config.fit, randoms)])
-    from_truth = global_search.polish(task, internal_of(law)[task.is_free])
+    from_truth = global_search.converge(task, internal_of(law)[task.is_free])
     rounding = 1e-14 * float(np.sum(task.mu**2))
     assert (ends <= (1 + 1e-8) * from_truth.sse + rounding).all()
 
@@ -207,7 +207,7 @@ def test_three_levels_of_load_leave_two_critical_loads() -> None:
     task, start, ends = problem_of(three, law), internal_of(law), []
     for critical in (3.0, 0.5):  # over 100 N; the loads are 42, 93 and 142 N
         start[16] = np.log(critical)
-        ends.append(global_search.polish(task, start[task.is_free]))
+        ends.append(global_search.converge(task, start[task.is_free]))
     assert max(end.sse for end in ends) < 1e-14 * float(np.sum(three["traction_coefficient"] ** 2))
     first, second = np.exp([end.constants[-1] for end in ends])
     assert first == pytest.approx(3.0, rel=1e-4)
@@ -312,7 +312,7 @@ def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None
     points = points_of(law)
     points["traction_coefficient"] = 0.005 * points["slide_roll_ratio"]  # B0 >= 0.01
     task = problem_of(points, law)
-    end = global_search.polish(task, internal_of(law))
+    end = global_search.converge(task, internal_of(law))
     assert (task.distance_beyond_bounds(end.constants) == 0).all()
     held = task.holding(end.constants, global_search.is_at_bound(task, end.constants))
     assert "B0" in held.values_at_bounds

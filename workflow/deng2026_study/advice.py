@@ -261,7 +261,9 @@ def _judge_advice(
     _, perhaps_advised_oil_index = _rule_and_advised_oil(
         points, slip, oil_names, selection, may_have_film
     )
-    is_film_unknown = (perhaps_advised_oil_index != advised_oil_index) | best_choice.lacks_film
+    is_film_unknown = (
+        perhaps_advised_oil_index != advised_oil_index
+    ) | best_choice.hinges_on_unknown_film
     # an oil is as good as the best one: by torque where the best oil holds the cage, else by slip
     best_slip = _values_of_chosen_oil(slip, best_oil_index)
     best_holds_cage = reaches(slip_limit, best_slip)
@@ -272,7 +274,7 @@ def _judge_advice(
     is_good = has_film & (is_within_limit | ~best_holds_cage) & is_nearly_best
     # the first condition that is met gives the judgement
     is_met_by_judgement = {
-        NO_EQUILIBRIUM: best_choice.lacks_equilibrium,
+        NO_EQUILIBRIUM: best_choice.hinges_on_missing_equilibrium,
         OUTSIDE_FILM_FORMULA: is_film_unknown,
         "no film": best_oil_index < 0,
         "rule has none": advised_oil_index < 0,

@@ -2,14 +2,20 @@
 
 The signs of the exponents are lost in our copy of the paper. Nearly all of section 4.3 describes
 figures that the authors drew from these constants. So the statements of the text can be checked
-with every set of signs. The name of a statement is a column of the table `signs`, which gives its
-meaning and its section of the paper. Arrays have the axes P, U, T, (S,) sign sets: all 512 sign
-sets of an oil are scored at once. P is the maximum Hertz pressure in GPa, which the paper calls
-stress, U the entrainment speed in m/s, T the inlet temperature in degC, S the slide-roll ratio.
+with every set of signs. Each statement is a column of the table `signs`. The description of the
+column gives the meaning of the statement and its section of the paper.
+
+All 512 sign sets of an oil are scored at once. Arrays have the axes P, U, T, S and sign sets, or
+P, U, T and sign sets:
+
+- P: maximum Hertz pressure in GPa, which the paper calls stress
+- U: entrainment speed in m/s
+- T: inlet temperature in degC
+- S: slide-roll ratio
 
 The total of a sign set is the number of statements that hold. Each statement counts by the share of
-its box where it holds. The margin of a sign is the best total of the sets that have it, less the
-best total of the sets that have the other sign. The other eight signs may be any.
+its box where it holds. The margin of a sign compares two totals: the best total of the sets with
+this sign, less the best total of the sets with the other sign. The other eight signs are free.
 
 Decides: how printed and fitted constants are compared, and which signs they may have.
 """
@@ -36,13 +42,15 @@ from oilfilm.traction.laws.deng2026 import DENG2026
 LAW = DENG2026
 
 
-def judge_printed(
+def compare_printed_with_fit(
     results: CampaignTables,
     constants_by_oil: Mapping[str, FloatArray],
     oils: Iterable[str],
     settings: PrintedSettings,
 ) -> pd.DataFrame:
-    """One row per oil that has printed constants and a fit of the paper's law.
+    """Differences between printed and fitted constants: in the SSE of the points, and in mu.
+
+    There is one row per oil that has printed constants and a fit of the paper's law.
 
     Args:
         results: Tables of points, coefficients and fit quality, of one law per oil.
@@ -51,8 +59,8 @@ def judge_printed(
         settings: Boxes of conditions and levels of the grid.
 
     Returns:
-        The table `printed_judged`. All judgements are null where no point was accepted; the
-        differences are where the conditions cannot give all twelve constants.
+        The table `printed_judged`. Its differences are null where the tested conditions cannot
+        determine all twelve constants. Where no point was accepted, both SSE are null too.
     """
     quality = results.fit_quality[results.fit_quality["law"] == LAW.name].set_index("oil")
     rows = []
@@ -69,9 +77,9 @@ def judge_printed(
         fitted_constants = FittedLaw.from_tables(
             results.coefficients, oil, law=LAW
         ).coefficients.constants
-        for box_name, ends in settings.boxes.model_dump().items():
+        for box_name, box in settings.boxes.model_dump().items():
             row[f"{box_name}_difference"] = largest_difference(
-                fitted_constants, constants_by_oil[oil], ends, settings.levels
+                fitted_constants, constants_by_oil[oil], box, settings.levels
             )
         rows.append(row)
     return tables.from_rows(rows, "printed_judged")
@@ -116,8 +124,8 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
     if len(data.mu) == 0 or not np.all(data.conditions > 0):
         return np.nan
     observations = Observations(LAW.design(data.conditions), data.curve_of_point, data.slip)
-    fitted_mu = LAW.traction(to_internal(LAW, constants), observations)
-    return float(np.sum((fitted_mu - data.mu) ** 2))
+    law_mu = LAW.traction(to_internal(LAW, constants), observations)
+    return float(np.sum((law_mu - data.mu) ** 2))
 
 
 # By name of a statement: the share of its box where it holds, for each sign set.
@@ -130,7 +138,7 @@ _SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENT_INDIC
 # Slips at which statements are checked, as keys of `printed.signs.slide_roll_ratio` in the
 # settings: those of a whole curve (Fig. 7), and those of Figs 8 and 9. Totals and ranks are those
 # of the whole curve. The slips of the figures can only make a verdict less sure.
-_SLIP_LEVELS = ("curve", "figures")
+_SLIP_SET_NAMES = ("curve", "figures")
 # Axes of arrays.
 STRESS, SPEED, TEMPERATURE, SLIP = range(4)
 # Statements that count half. The paper does not state the first one: it follows from the Newtonian
@@ -239,8 +247,8 @@ def judge_signs(
         oil: _all_sign_sets(constants) for oil, constants in constants_by_oil.items()
     }
     shares_by_oil_of_slips = [
-        _shares_by_oil(sign_set_constants_by_oil, levels, settings, traction_max)
-        for levels in _SLIP_LEVELS
+        _shares_by_oil(sign_set_constants_by_oil, slip_set_name, settings, traction_max)
+        for slip_set_name in _SLIP_SET_NAMES
     ]
     sign_set_tables = []
     verdict_tables = []
@@ -281,7 +289,7 @@ def _table_of_sign_sets(
     Args:
         oil: The oil.
         is_in_use: Whether a set has the signs in use, shape (sets,).
-        shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
+        shares_by_slips: Shares of the statements, for each of `_SLIP_SET_NAMES`.
     """
     totals_by_slips = [pd.Series(_statement_totals(shares)) for shares in shares_by_slips]
     ranks_by_slips = [
@@ -303,7 +311,7 @@ def _table_of_sign_sets(
 
 def _shares_by_oil(
     sign_set_constants_by_oil: Mapping[str, FloatArray],
-    slip_levels: str,
+    slip_set_name: str,
     settings: PrintedSettings,
     traction_max: float,
 ) -> dict[str, StatementShares]:
@@ -312,35 +320,35 @@ def _shares_by_oil(
     Args:
         sign_set_constants_by_oil: Constants of every sign set of each oil, the most viscous oil
             first.
-        slip_levels: One of `_SLIP_LEVELS`.
+        slip_set_name: One of `_SLIP_SET_NAMES`.
         settings: Boxes of conditions, slide-roll ratios and limits.
         traction_max: Largest believable mu.
     """
     shares_by_oil: dict[str, StatementShares] = {}
-    drawn_by_oil: dict[str, TractionOverBox] = {}
-    best_drawn: list[TractionOverBox] = []
+    figures_box_by_oil: dict[str, TractionOverBox] = {}
+    figures_boxes_with_best_signs: list[TractionOverBox] = []
     for oil, internal in sign_set_constants_by_oil.items():
-        tested = _traction_in_box("tested", slip_levels, internal, settings)
-        drawn = _traction_in_box("extrapolated", slip_levels, internal, settings)
-        drawn_by_oil[oil] = drawn
+        tested = _traction_in_box("tested", slip_set_name, internal, settings)
+        in_figures_box = _traction_in_box("extrapolated", slip_set_name, internal, settings)
+        figures_box_by_oil[oil] = in_figures_box
         compared_slips = settings.signs.slide_roll_ratio.figures
         holds_by_statement = where_statements_hold(
-            tested, drawn, compared_slips, traction_max, settings.signs
+            tested, in_figures_box, compared_slips, traction_max, settings.signs
         )
         shares_by_oil[oil] = {
             name: share_of_conditions(statement_holds)
             for name, statement_holds in holds_by_statement.items()
         }
         best_index = int(np.argmax(_statement_totals(shares_by_oil[oil])))
-        drawn_with_best = _traction_in_box(
-            "extrapolated", slip_levels, internal[:, [best_index]], settings
+        figures_box_with_best_signs = _traction_in_box(
+            "extrapolated", slip_set_name, internal[:, [best_index]], settings
         )
-        best_drawn.append(drawn_with_best)
-    # Oils are compared with the others as the others' own statements choose them. The signs in use
-    # must not confirm each other.
-    for oil_index, (oil, traction) in enumerate(drawn_by_oil.items()):
-        more_viscous = best_drawn[:oil_index]
-        less_viscous = best_drawn[oil_index + 1 :]
+        figures_boxes_with_best_signs.append(figures_box_with_best_signs)
+    # Each oil is compared with the other oils. These have the signs that their own statements
+    # support best, not the signs in use: the signs in use must not confirm each other.
+    for oil_index, (oil, traction) in enumerate(figures_box_by_oil.items()):
+        more_viscous = figures_boxes_with_best_signs[:oil_index]
+        less_viscous = figures_boxes_with_best_signs[oil_index + 1 :]
         shares_by_oil[oil]["viscosity_order"] = viscosity_order(
             traction, more_viscous, less_viscous
         )
@@ -351,12 +359,12 @@ def _shares_by_oil(
 
 
 def _traction_in_box(
-    box_name: str, slip_levels: str, internal: FloatArray, settings: PrintedSettings
+    box_name: str, slip_set_name: str, internal: FloatArray, settings: PrintedSettings
 ) -> TractionOverBox:
-    """The traction over a box of the settings, at the slips of one of `_SLIP_LEVELS`."""
-    ends = settings.boxes.model_dump()[box_name]
-    slips = settings.signs.slide_roll_ratio.model_dump()[slip_levels]
-    return TractionOverBox.from_box(ends, settings.signs.levels, slips, internal)
+    """The traction over a box of the settings, at the slips of one of `_SLIP_SET_NAMES`."""
+    box = settings.boxes.model_dump()[box_name]
+    slips = settings.signs.slide_roll_ratio.model_dump()[slip_set_name]
+    return TractionOverBox.from_box(box, settings.signs.levels, slips, internal)
 
 
 def _statement_totals(shares: StatementShares, left_out_statement: str = "") -> FloatArray:
@@ -377,7 +385,9 @@ def _statement_totals(shares: StatementShares, left_out_statement: str = "") -> 
 
 
 def _sign_effects(constants_in_use: FloatArray, settings: PrintedSettings) -> FloatArray:
-    """Largest change of mu over the tested box if one sign is turned, over the largest mu.
+    """Relative effect of each sign: the largest change of mu in the tested box if it is turned.
+
+    It is relative to the largest mu with the signs in use.
 
     Args:
         constants_in_use: Internal constants with the signs in use, shape (constants, 1).
@@ -389,7 +399,7 @@ def _sign_effects(constants_in_use: FloatArray, settings: PrintedSettings) -> Fl
     # first column: signs in use; one more column for each sign turned
     turned_constants = np.tile(constants_in_use, (1, 1 + len(_EXPONENT_INDICES)))
     turned_constants[_EXPONENT_INDICES, range(1, turned_constants.shape[1])] *= -1
-    traction = _traction_in_box("tested", _SLIP_LEVELS[0], turned_constants, settings)
+    traction = _traction_in_box("tested", _SLIP_SET_NAMES[0], turned_constants, settings)
     mu_of_turns = traction.mu.reshape(-1, turned_constants.shape[1])
     return np.abs(mu_of_turns[:, 1:] - mu_of_turns[:, :1]).max(axis=0) / mu_of_turns[:, 0].max()
 
@@ -404,7 +414,7 @@ def _verdict_table(
 
     Args:
         sign_sets: Rows of the oil, as by `_table_of_sign_sets`.
-        shares_by_slips: Shares of the statements, for each of `_SLIP_LEVELS`.
+        shares_by_slips: Shares of the statements, for each of `_SLIP_SET_NAMES`.
         effects: As by `_sign_effects`.
         limits: The limits of the verdicts.
     """
@@ -453,14 +463,17 @@ def sign_verdicts(
 
     - Without effect: turning the sign alone moves mu by at most `no_effect_max` of its largest
       value.
-    - Settled: all these sets have the sign, with any one statement left out and at either slips.
-    - Probable: all of them have it with all statements, at the slips of the whole curve.
+    - Settled: all these sets have the sign. This is so at the slips of the whole curve and at those
+      of the figures, whichever statement is left out.
+    - Probable: all of them have the sign if no statement is left out, at the slips of the whole
+      curve.
     - Against: all of them have the other sign.
     - Open: both signs occur among them.
 
     Args:
         margin: In statements (see the module).
-        weakest_margin: The smallest margin with any one statement left out, at either slips.
+        weakest_margin: The smallest margin of all cases: one statement is left out, at the slips of
+            the whole curve or at those of the figures.
         effect: Largest change of mu over its largest value.
         limits: The limits.
     """
@@ -477,7 +490,7 @@ def sign_verdicts(
 
 def where_statements_hold(
     tested: TractionOverBox,
-    drawn: TractionOverBox,
+    in_figures_box: TractionOverBox,
     compared_slips: Sequence[float],
     traction_max: float,
     limits: SignSettings,
@@ -486,22 +499,22 @@ def where_statements_hold(
 
     Args:
         tested: The box that was tested. Statements of section 2 are checked there.
-        drawn: The box that the figures of section 4.3 draw. Statements of that section are checked
-            there.
+        in_figures_box: The box that the figures of section 4.3 draw. Statements of that section are
+            checked there.
         compared_slips: Slips whose lowest and highest the text compares.
         traction_max: Largest believable mu.
         limits: What counts as linear and slight.
     """
-    mu = drawn.mu
-    low_slip_mu = drawn.mu_at(min(compared_slips))
-    high_slip_mu = drawn.mu_at(max(compared_slips))
+    mu = in_figures_box.mu
+    low_slip_mu = in_figures_box.mu_at(min(compared_slips))
+    high_slip_mu = in_figures_box.mu_at(max(compared_slips))
     # R2 of the straight line mu(P) is covariance^2/variances
-    pressure_deviation = drawn.pressure_gpa - drawn.pressure_gpa.mean()
+    pressure_deviation = in_figures_box.pressure_gpa - in_figures_box.pressure_gpa.mean()
     mu_deviation = mu - mu.mean(axis=STRESS, keepdims=True)
     covariance = np.tensordot(pressure_deviation, mu_deviation, axes=1)
     variances = (pressure_deviation**2).sum() * (mu_deviation**2).sum(axis=STRESS)
     is_linear = reaches(covariance**2, limits.linear_r2_min * variances)
-    is_slight = reaches(
+    declines_little = reaches(
         tested.mu_at(tested.largest_slip), (1 - limits.decline_max) * tested.peak_mu
     )
     # effects of stress and of temperature at the lowest speed and at the highest one
@@ -512,8 +525,8 @@ def where_statements_hold(
     # largest mu of each sign set: differences have the rounding of these numbers
     largest_mu = np.abs(mu).max(axis=tuple(range(mu.ndim - 1)))
     return {
-        "physical": reaches(mu.min(axis=SLIP), 0.0, drawn.peak_mu)
-        & reaches(traction_max, drawn.peak_mu),
+        "physical": reaches(mu.min(axis=SLIP), 0.0, in_figures_box.peak_mu)
+        & reaches(traction_max, in_figures_box.peak_mu),
         "rises_with_stress": _falls(-mu, STRESS),
         "linear_in_stress": is_linear & (covariance > 0),
         "falls_with_speed": _falls(mu, SPEED),
@@ -522,8 +535,8 @@ def where_statements_hold(
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
         "start_falls_with_temperature": _falls(tested.initial_slope, TEMPERATURE),
         "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
-        "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & is_slight,
-        "earlier_plateau_with_stress": _falls(drawn.knee, STRESS),
+        "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & declines_little,
+        "earlier_plateau_with_stress": _falls(in_figures_box.knee, STRESS),
         "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
         "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
         "slip_raises_stress_effect": exceeds(
@@ -543,9 +556,11 @@ def viscosity_order(
     more_viscous: Sequence[TractionOverBox],
     less_viscous: Sequence[TractionOverBox],
 ) -> FloatArray:
-    """Share of conditions at which mu is between those of the oils next in viscosity.
+    """How far mu is in the order of the viscosities, as the mean of two shares of conditions.
 
-    The other oils have one set of constants each. NaN where there is no other oil.
+    In one share mu is below that of the next more viscous oil. In the other it is above that of the
+    next less viscous oil. An oil that has only one of these neighbours has one share. The other
+    oils have one set of constants each. NaN where there is no other oil.
     """
     holds_of_comparisons = []
     if more_viscous:

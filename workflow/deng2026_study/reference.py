@@ -35,7 +35,11 @@ class PaperTables(Group):
 
 
 class Claim(Group):
-    """A claim of the paper. Its check judges it in each case: an oil at an operating condition."""
+    """A claim of the paper. Its check judges it in each case: an oil at an operating condition.
+
+    `quantity` is a text with the format of one number. `numbers` gives the meaning of each further
+    number by its name, not the numbers themselves. The check calculates the numbers.
+    """
 
     id: Annotated[str, Field(pattern=r"^[a-z0-9-]+$")] = key("Name of the claim and of its check.")
     section: Text = key("Section of the paper; YAML needs quotes where it is a number.")
@@ -53,7 +57,7 @@ class Claim(Group):
     caveat: Text | None = key("What the verdict cannot show.", default=None)
     judged_on: Literal["tested", "extrapolated", "data", "formula"] = key(
         "Box of operating conditions that is judged. Without a box: `data` for tables of the "
-        "campaign, `formula` for the paper's Eq. 1."
+        "campaign, `formula` for a formula with numbers that the paper states."
     )
     worst: Literal["largest", "smallest"] = key(
         "Whether the case with the largest or the smallest `quantity` is farthest from holding."

@@ -1,4 +1,6 @@
-"""What a campaign with `studies: [deng2026_study]` has beside tables and figures.
+"""Report sections and exports that a campaign gets from `studies: [deng2026_study]`.
+
+The tables and figures of the study are made elsewhere.
 
 Decides: what the report of a campaign says about the paper.
 """
@@ -58,33 +60,33 @@ def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> l
         OilfilmError: The file is missing or has a mistake.
     """
     printed_coefficients = load(path, PrintedCoefficients)
-    identifier_of_oil = make_identifiers(
+    identifier_of_name = make_identifiers(
         [f"{oil} printed" for oil in printed_coefficients.falling_viscosity]
     )
     adore_points = tuple(point.model_dump() for point in settings.adore_points)
     descriptions = []
     for oil in printed_coefficients.falling_viscosity:
-        fitted = printed_law(printed_coefficients, oil, tested_box)
+        printed = printed_law(printed_coefficients, oil, tested_box)
         descriptions.append(
             Description(
                 oil=oil,
-                identifier=identifier_of_oil[f"{oil} printed"],
+                identifier=identifier_of_name[f"{oil} printed"],
                 campaign=None,
-                fitted=fitted,
-                law_variables=tuple(_law_variables(fitted)),
-                constants_as_json=tuple(_constant_descriptions(fitted)),
+                law_with_constants=printed,
+                law_variables=tuple(_law_variables(printed)),
+                constants_as_json=tuple(_constant_descriptions(printed)),
                 quality=None,
                 adore_points=adore_points,
-                published=PublishedSource(_SOURCE, tuple(_caveats(fitted))),
+                published=PublishedSource(_SOURCE, tuple(_caveats(printed))),
             )
         )
     return descriptions
 
 
-def _caveats(fitted: PrintedLaw) -> Iterator[str]:
+def _caveats(printed: PrintedLaw) -> Iterator[str]:
     """Sentences for a user of the printed constants."""
     constants_by_sign: dict[str, list[str]] = {}
-    for constant, certainty in fitted.sign_certainty.items():
+    for constant, certainty in printed.sign_certainty.items():
         constants_by_sign.setdefault(f"sign {certainty}", []).append(constant)
     signs_text = "; ".join(
         f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items()
@@ -97,13 +99,13 @@ def _caveats(fitted: PrintedLaw) -> Iterator[str]:
     yield f"How sure they are: {signs_text}"
 
 
-def _law_variables(fitted: PrintedLaw) -> Iterator[LawVariable]:
+def _law_variables(printed: PrintedLaw) -> Iterator[LawVariable]:
     """The variable of each condition of a law, with its tested range."""
-    law = fitted.law
+    law = printed.law
     # the last row of the box is that of the slide-roll ratio
     for index, name in enumerate(law.conditions):
         quantity = QUANTITIES[name]
-        lowest, highest = fitted.coefficients.tested_box[index].tolist()
+        lowest, highest = printed.coefficients.tested_box[index].tolist()
         yield LawVariable(
             name=name,
             symbol=quantity.symbol,
@@ -116,15 +118,15 @@ def _law_variables(fitted: PrintedLaw) -> Iterator[LawVariable]:
         )
 
 
-def _constant_descriptions(fitted: PrintedLaw) -> Iterator[dict[str, Any]]:
+def _constant_descriptions(printed: PrintedLaw) -> Iterator[dict[str, Any]]:
     """The description of each constant: a value, but no uncertainty."""
-    meanings = constant_meanings(fitted.law)
-    values = fitted.coefficients.constants.tolist()
-    for constant, value in zip(fitted.law.constants, values, strict=True):
+    meanings = constant_meanings(printed.law)
+    values = printed.coefficients.constants.tolist()
+    for constant, value in zip(printed.law.constants, values, strict=True):
         name = constant.name
         verdict = "printed"
-        if name in fitted.sign_certainty:
-            verdict = f"printed, sign {fitted.sign_certainty[name]}"
+        if name in printed.sign_certainty:
+            verdict = f"printed, sign {printed.sign_certainty[name]}"
         yield {
             "name": name,
             "meaning": meanings[name],
@@ -158,13 +160,16 @@ UNDECIDED_TEXTS = {
     OUTSIDE_FILM_FORMULA: "the choice depends on a film beyond the film formula",
     NO_EQUILIBRIUM: "an oil has no equilibrium",
 }
+# Verdicts on signs, which `sign_verdicts` computes from the statements of the paper. The words of
+# `PrintedLaw.sign_certainty` are others: the file of the printed constants declares them.
 _SIGN_VERDICTS = ("settled", "probable", "open", "against", "without effect")
 _CLAIM_VERDICTS = ("holds", "by construction", "holds in part", "fails", "cannot be checked")
-_JUDGED_ON = {
+# What a claim is judged on: the words of the report, by the key `judged_on` of a claim.
+_JUDGED_ON_LABELS = {
     "tested": "the box tested by the paper",
     "extrapolated": "the box of figs 7 to 10",
     "data": "the campaign's data",
-    "formula": "by what the paper states",
+    "formula": "a formula with numbers that the paper states",
 }
 # Columns of the worst condition, and how their values are shown.
 _WORST_CONDITION = {
@@ -281,13 +286,13 @@ def _claim_entry(
     for row in tables.rows(claim_rows):
         basis = BASIS_LABELS[row["basis"]]
         if row["reason_code"]:
-            reason = paper_claims.cannot_be_checked.get(row["reason_code"])
+            reason = paper_claims.cannot_be_checked[row["reason_code"]]
             finding = f"cannot be checked: {reason}."
         else:
             numbers_of_basis = claim_numbers[claim_numbers["basis"] == row["basis"]]
             finding = _finding_text(row, claim, numbers_of_basis, settings)
         verdict_of_basis.append((basis, row["verdict"]))
-        paragraphs.append(f"{basis}, {_JUDGED_ON[row['judged_on']]}: {finding}")
+        paragraphs.append(f"{basis}, {_JUDGED_ON_LABELS[row['judged_on']]}: {finding}")
     if claim.caveat is not None:
         paragraphs.append(f"Caveat: {claim.caveat}")
     return FoldedEntry(claim.claim, verdict_of_basis, paragraphs)
@@ -332,7 +337,7 @@ def _further_numbers(claim: Claim, claim_numbers: pd.DataFrame, settings: Settin
     for reading, text in claim.readings.items():
         labels[reading] = f'read as "{text}"'
     labels.update(claim.numbers)
-    sentences = []
+    number_texts = []
     for name, label in labels.items():
         # a label may end in the format of its number, as in "largest error: {:.1%}"
         meaning, _, number_format = label.partition(": {:")
@@ -341,12 +346,14 @@ def _further_numbers(claim: Claim, claim_numbers: pd.DataFrame, settings: Settin
             for row in tables.rows(claim_numbers[claim_numbers["number"] == name])
         ]
         if numbers_of_oils:
-            sentences.append(
+            number_texts.append(
                 f"{_fill_in_settings(meaning, settings)}: {', '.join(numbers_of_oils)}"
             )
         elif name in claim.readings:
-            sentences.append(f"not judged on these constants: {_fill_in_settings(label, settings)}")
-    return sentences
+            number_texts.append(
+                f"not judged on these constants: {_fill_in_settings(label, settings)}"
+            )
+    return number_texts
 
 
 def _number_of_oil(value: float, oil: str, number_format: str) -> str:
@@ -371,22 +378,23 @@ def _fill_in_settings(text: str, settings: Settings) -> str:
 def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
     """The constants printed in the paper: distance from the fit, and how sure their signs are.
 
-    A fit judges a sign where its own constant has a known sign.
+    The signs in use are compared with those of the fitted constants. A fit confirms or contradicts
+    a sign only where the sign of its own constant is known.
     """
     if results.signs.empty:
         return Section("printed", "Printed constants")
     coefficients = results.configured_fits.coefficients
     coefficients = coefficients[coefficients["law"] == PAPER_LAW.name]
     fitted_constants = coefficients[["oil", "constant", "value", "verdict"]].dropna(subset="value")
-    judged_constants = fitted_constants.merge(results.sign_verdicts[["oil", "constant", "sign"]])
-    has_same_sign = (judged_constants["value"] < 0) == (judged_constants["sign"] == "-")
+    compared_constants = fitted_constants.merge(results.sign_verdicts[["oil", "constant", "sign"]])
+    has_same_sign = (compared_constants["value"] < 0) == (compared_constants["sign"] == "-")
     # the other verdicts are `sign unknown`, `no interval`, `at a bound` and so on
-    is_known = judged_constants["verdict"] == "known"
-    oil_and_constant = judged_constants["oil"] + " " + judged_constants["constant"]
+    is_known = compared_constants["verdict"] == "known"
+    oil_and_constant = compared_constants["oil"] + " " + compared_constants["constant"]
     facts_on_constants = facts_from_template(
         "deng2026_study/printed.jinja",
         confirmed=(is_known & has_same_sign).sum(),
-        judged=len(judged_constants),
+        compared=len(compared_constants),
         turned=oil_and_constant[is_known & ~has_same_sign].tolist(),
         unknown=oil_and_constant[~is_known].tolist(),
         campaign=campaign,
@@ -407,7 +415,7 @@ def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
 
 
 def _choice_section(results: CampaignTables) -> Section:
-    """The paper's choice of oil by cage slip beside the best oil, over operating points."""
+    """How often the oil that the paper advises is the best oil, over the operating points."""
     advice = results.slip_advice
     judged_points = advice[~advice["judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     if judged_points.empty:
@@ -421,7 +429,7 @@ def _choice_section(results: CampaignTables) -> Section:
     scenarios = results.advice_band
     # an oil occurs once for each operating point where it is the best one or nearly so
     good_oils = judged_points["good_oils"].explode().tolist()
-    stability = certainty_of_best_oil(results.cage_slip, STAYS_BEST_SHARE)
+    certainty = certainty_of_best_oil(results.cage_slip, STAYS_BEST_SHARE)
     facts_on_choice = facts_from_template(
         "deng2026_study/choice.jinja",
         mapped=len(advice),
@@ -439,8 +447,9 @@ def _choice_section(results: CampaignTables) -> Section:
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         truth=choice_by_truth(advice, results.true_cage_slip),
+        smallest_slip=_SMALLEST_RELATIVE_SLIP,
         share=STAYS_BEST_SHARE,
-        drawn=stability if stability["draws_answered"].any() else None,
+        certainty=certainty if certainty["draws_answered"].any() else None,
     )
     return Section("choice", "Choice of oil", facts_on_choice)
 
@@ -456,34 +465,38 @@ def _ends_of_band(scenarios: pd.DataFrame) -> pd.DataFrame:
 
 
 def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, float] | None:
-    """How the choice of oil and the map by the fitted law agree with the truth.
+    """How well the choice of oil and the map of the bearing agree with the simulated truth.
 
-    None where mu was measured.
+    The choice is the paper's. The map is calculated with the fitted law.
 
     Args:
-        advice: Table of advice.
-        truth: Table of cage slip with the true traction.
+        advice: Table `slip_advice`.
+        truth: Table `true_cage_slip`, calculated with the true traction.
+
+    Returns:
+        Numbers of operating points, and relative errors of the fitted law in cage slip and torque.
+        None where mu was measured, so that there is no known truth.
     """
     if truth.empty:
         return None
     judged = advice[~advice["true_judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
     slipping_rows = truth[truth["cage_slip"] > _SMALLEST_RELATIVE_SLIP]
-    torque_error = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
+    torque_errors = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
     slip_is_inside = slipping_rows["cage_slip_inside"].dropna()
     torque_is_inside = truth["torque_inside"].dropna()
     return {
         "total": len(judged),
         "agreeing": int((judged["true_judgement"] == "agree").sum()),
         "same_best": int((judged["true_best_oil"] == judged["best_oil"]).sum()),
-        "slips": len(slip_is_inside),
-        "slips_inside": int(slip_is_inside.sum()),
-        "torques": len(torque_is_inside),
-        "torques_inside": int(torque_is_inside.sum()),
-        "slip_error": float(
+        "slips_with_interval": len(slip_is_inside),
+        "slips_in_interval": int(slip_is_inside.sum()),
+        "torques_with_interval": len(torque_is_inside),
+        "torques_in_interval": int(torque_is_inside.sum()),
+        "median_slip_error": float(
             (slipping_rows["law_cage_slip"] / slipping_rows["cage_slip"] - 1).abs().median()
         ),
-        "torque_error": float(torque_error.median()),
-        "largest_torque_error": float(torque_error.max()),
+        "median_torque_error": float(torque_errors.median()),
+        "largest_torque_error": float(torque_errors.max()),
     }
 
 

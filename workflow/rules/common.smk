@@ -19,7 +19,7 @@ from oilfilm.run.start import (
     check_image,
     check_machine,
     lock_run,
-    start_python_by_name,
+    make_python_findable_by_name,
 )
 from oilfilm.settings.resolve import resolve_snakemake_config
 from oilfilm.tables.contract import contract_digest
@@ -41,7 +41,7 @@ def stop(mistake):
 
 # In Snakemake's report a table is a file to save, not a text to show.
 mimetypes.add_type("application/vnd.apache.parquet", ".parquet")
-start_python_by_name()
+make_python_findable_by_name()
 OBJECT_STORAGE = workflow.storage_registry.default_storage_provider
 if OBJECT_STORAGE is not None:
     if not workflow.storage_settings.default_storage_prefix:

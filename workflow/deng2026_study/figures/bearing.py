@@ -18,7 +18,7 @@ from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.report.figures import style
 from oilfilm.report.figures.bearing import axis_columns, torque
-from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, register, text_figure
+from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, declare_figure, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, certainty_of_best_oil
@@ -41,13 +41,13 @@ _SYMBOL_OF_WRONG_ADVICE = {
 _NO_MAP = "The oils of selection.rules have no law or no film here:\nno map."
 
 
-@register(like="torque", counterpart="Fig. 6")
+@declare_figure(like="torque", counterpart="Fig. 6")
 def fig06(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction torque of the bearing."""
     return torque(results, settings)
 
 
-@register(
+@declare_figure(
     family="bearing",
     tables=("published_tests",),
     settings=("bearing",),
@@ -80,7 +80,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     power_of_terms = [tests[f"{term}_torque_n_m"].fillna(0.0) * speed_rad_s for term in HEAT_TERMS]
     speed_1000_rpm = tests["inner_speed_rpm"] / 1e3
     colour_of_terms = colormaps["cividis"](np.linspace(0, 1, len(HEAT_TERMS)))
-    areas = panel.axis.stackplot(
+    areas = panel.axes.stackplot(
         speed_1000_rpm,
         power_of_terms,
         labels=HEAT_TERMS,
@@ -91,7 +91,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     lowest_fraction, highest_fraction = settings.bearing.oil_volume_fraction_range
     dashed: style.Look = {"linestyle": "--", "color": "black"}
     for column in ("power_low_w", "power_high_w"):
-        panel.axis.plot(speed_1000_rpm, tests[column], **dashed)
+        panel.axes.plot(speed_1000_rpm, tests[column], **dashed)
     # not in the colour of an oil; the rim shows it on dark areas
     dot_look: style.Look = {"marker": "o", "color": "black", "markeredgecolor": "white"}
     dot_look["markersize"] = 4
@@ -100,8 +100,8 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     power_interval = {"lower": tests["power_low_w"], "upper": tests["power_high_w"]}
     panel.record("sum", speed_1000_rpm, tests["power_w"], oil=oil, **power_interval)
     panel.dots("published", speed_1000_rpm, tests["published_power_w"], dot_look)
-    panel.axis.set_axisbelow(True)
-    panel.axis.set_title(
+    panel.axes.set_axisbelow(True)
+    panel.axes.set_title(
         f"{bearing_name}, {oil}, {load_n:g} N, {temperature_c:.0f} \N{DEGREE SIGN}C"
     )
     published_handle = style.line_handle("published", **dot_look | {"linestyle": ""})
@@ -116,7 +116,7 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-@register(
+@declare_figure(
     family="bearing",
     tables=("slip_advice", "cage_slip"),
     settings=("oils", "bearing"),
@@ -138,8 +138,8 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
         return text_figure(_NO_MAP)
     advice = advice.assign(**axis_columns(advice))
     sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
-    sheet.axes[0].set_yscale("log")
-    sheet.axes[0].yaxis.set_major_formatter("{x:g}")
+    sheet.axes_of_panels[0].set_yscale("log")
+    sheet.axes_of_panels[0].yaxis.set_major_formatter("{x:g}")
     best_panel = sheet.panel(0, "best oil")
     advised_panel = sheet.panel(1, "oil that the paper advises")
     judgement = advice["judgement"]
@@ -189,18 +189,18 @@ def _draw_oils(
     oil_of_cell = advice[column].where(is_decided, "")
     with_index = advice.assign(number=oil_of_cell.map(["", *oils].index))
     index_by_cell = with_index.pivot(index="load_kn", columns="speed", values="number")
-    axis = panel.axis
+    axes = panel.axes
     tints = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
-    axis.pcolormesh(
-        style.cell_edges(index_by_cell.columns.to_numpy(), axis.get_xscale()),
-        style.cell_edges(index_by_cell.index.to_numpy(), axis.get_yscale()),
+    axes.pcolormesh(
+        style.cell_edges(index_by_cell.columns.to_numpy(), axes.get_xscale()),
+        style.cell_edges(index_by_cell.index.to_numpy(), axes.get_yscale()),
         index_by_cell.to_numpy(),
         cmap=ListedColormap([(1.0, 1.0, 1.0), *tints]),
         vmin=-0.5,
         vmax=len(oils) + 0.5,
         rasterized=True,
     )
-    axis.grid(False)
+    axes.grid(False)
 
 
 def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
@@ -227,7 +227,7 @@ def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
     if wrong_rows.empty:
         return []
     ring: style.Look = {"color": "black", "markerfacecolor": "none", "markeredgewidth": 0.8}
-    panel.axis.plot(wrong_rows["speed"], wrong_rows["load_kn"], "o", markersize=6.5, **ring)
+    panel.axes.plot(wrong_rows["speed"], wrong_rows["load_kn"], "o", markersize=6.5, **ring)
     return [style.symbol_handle("another best oil by the truth", "o", markersize=5, **ring)]
 
 
@@ -238,7 +238,7 @@ def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
         cells = advice[advice["judgement"] == judgement]
         if len(cells):
             look: style.Look = {"marker": marker, "color": "black", "markersize": 3.5}
-            panel.axis.plot(cells["speed"], cells["load_kn"], linestyle="", **look)
+            panel.axes.plot(cells["speed"], cells["load_kn"], linestyle="", **look)
             handles.append(style.line_handle(label, linestyle="", **look))
     return handles
 
@@ -251,6 +251,6 @@ def _draw_undecided(panel: Panel, advice: pd.DataFrame) -> list[Any]:
         if len(cells):
             # a cross of thin lines must be larger than a filled symbol
             look: style.Look = {"color": style.GREY, "markersize": 5}
-            panel.axis.plot(cells["speed"], cells["load_kn"], marker, **look)
+            panel.axes.plot(cells["speed"], cells["load_kn"], marker, **look)
             handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
     return handles

@@ -24,7 +24,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
 from oilfilm.report.figures.curves import NO_POINT_MESSAGE, CurveInPanel, draw_curves
 from oilfilm.report.figures.fits import draw_constants
-from oilfilm.report.figures.sheet import Sheet, register, table_page
+from oilfilm.report.figures.sheet import Sheet, declare_figure, table_page
 from oilfilm.settings.base import required_value
 from oilfilm.settings.campaign import Campaign
 from oilfilm.settings.resolved import Settings
@@ -38,7 +38,7 @@ _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 _AS_MANY_AS_FIT = 0
 
 
-@register(
+@declare_figure(
     counterpart="Fig. 2",
     family="data",
     tables=("points", "runs", "coefficients"),
@@ -75,13 +75,13 @@ def fig02(results: CampaignTables, settings: Settings) -> Sheet:
             curves.append(CurveInPanel(label, oil, points, fitted, shade, marker))
         title = style.level_phrases(levels_of_panel) + _count_of_curves(curves)
         draw_curves(sheet.panel(panel_index, title), curves)
-    left_panels = sheet.axes[::2]
-    right_panels = sheet.axes[1::2]
+    left_panels = sheet.axes_of_panels[::2]
+    right_panels = sheet.axes_of_panels[1::2]
     _label_axes_and_legend(sheet, [left_panels, right_panels])
     return sheet
 
 
-@register(
+@declare_figure(
     counterpart="Fig. 3",
     family="data",
     tables=("points", "runs", "coefficients"),
@@ -119,7 +119,9 @@ def fig03(results: CampaignTables, settings: Settings) -> Sheet:
     drawn_oils = set(sheet.drawn()["oil"])
     oils_without_points = [oil for oil in oils if oil not in drawn_oils]
     notes = style.missing_oil_handles(oils_without_points, "no accepted point here")
-    _label_axes_and_legend(sheet, [sheet.axes], notes, style.level_phrases(levels_of_sheet))
+    _label_axes_and_legend(
+        sheet, [sheet.axes_of_panels], notes, style.level_phrases(levels_of_sheet)
+    )
     return sheet
 
 
@@ -162,16 +164,16 @@ def _label_axes_and_legend(
     sheet.label_axes(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     if not sheet.drawn_parts:
         # a panel without points has this text; a sheet without any level has drawn no panel
-        if not sheet.axes[0].texts:
+        if not sheet.axes_of_panels[0].texts:
             sheet.panel(0).write_message(NO_POINT_MESSAGE)
         return
     columns_of_handles = []
     for axes_of_group in groups:
-        handles_and_labels = [axis.get_legend_handles_labels() for axis in axes_of_group]
+        handles_and_labels = [axes.get_legend_handles_labels() for axes in axes_of_group]
         # a series may have no points in the first panel; the fullest one gives the order
         fullest_first = sorted(
             handles_and_labels,
-            key=lambda handles_and_labels_of_axis: -len(handles_and_labels_of_axis[1]),
+            key=lambda handles_and_labels_of_axes: -len(handles_and_labels_of_axes[1]),
         )
         handle_of_label: dict[str, Any] = {}
         for handles, labels in fullest_first:
@@ -185,9 +187,9 @@ def _label_axes_and_legend(
         legend_handles += [*handles_of_column, *empty_entries]
     column_count = len(groups) if len(groups) > 1 else _AS_MANY_AS_FIT
     sheet.legend([*legend_handles, *notes], title, column_count)
-    sheet.axes[0].set_ylim(bottom=0)
+    sheet.axes_of_panels[0].set_ylim(bottom=0)
     # symbols at slip 0 are drawn completely
-    sheet.axes[0].set_xlim(left=-0.005)
+    sheet.axes_of_panels[0].set_xlim(left=-0.005)
 
 
 # Heading of the column that quotes the paper.
@@ -230,7 +232,7 @@ _MATRIX_QUANTITIES = {
 }
 
 
-@register(
+@declare_figure(
     counterpart="Table 1",
     family="data",
     settings=("oils",),
@@ -259,7 +261,7 @@ def tab01(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     return _table_sheet(title, cells, notes, paper_tables.tab01)
 
 
-@register(
+@declare_figure(
     counterpart="Table 2",
     family="data",
     tables=("points", "runs"),
@@ -302,7 +304,7 @@ def tab02(results: CampaignTables, settings: Settings, paper_tables: PaperTables
     return _table_sheet("Test matrix", cells, [f"Levels: {source}."], paper_tables.tab02)
 
 
-@register(
+@declare_figure(
     counterpart="Table 3",
     family="data",
     settings=("bearings", "campaign.torque"),
@@ -469,7 +471,7 @@ def _with_unit(quantity: str, unit: str) -> str:
 
 # The figure has no title of its own: the counterpart names it. Its paragraph replaces the first one
 # of the caption of `constants`.
-@register(like="constants", counterpart="Eqs 11-13", references=("printed_coefficients",))
+@declare_figure(like="constants", counterpart="Eqs 11-13", references=("printed_coefficients",))
 def eqs11_13(
     results: CampaignTables, settings: Settings, printed_coefficients: PrintedCoefficients
 ) -> Sheet:
@@ -495,7 +497,7 @@ _COLOUR_AND_LABEL_OF_KIND: dict[str, tuple[Any, str]] = {
 _EDGE: style.Look = {"edgecolor": "black", "linewidth": 0.6}
 
 
-@register(counterpart="Fig. 1", family="data", settings=("rigs",), shows_data=False)
+@declare_figure(counterpart="Fig. 1", family="data", settings=("rigs",), shows_data=False)
 def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction rig.
 
@@ -506,10 +508,10 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     """
     sheet = Sheet(4, 2, height=(1.55, 1.9), left=0.05, bottom=0.05, width_ratios=(1.15, 1))
     # left one panel, as tall as both panels on the right
-    grid = sheet.axes[0].get_gridspec()
-    for axis in sheet.axes[::2]:
-        axis.remove()
-    sheet.axes = [sheet.figure.add_subplot(grid[:, 0]), *sheet.axes[1::2]]
+    grid = sheet.axes_of_panels[0].get_gridspec()
+    for axes in sheet.axes_of_panels[::2]:
+        axes.remove()
+    sheet.axes_of_panels = [sheet.figure.add_subplot(grid[:, 0]), *sheet.axes_of_panels[1::2]]
     rig = next(iter(settings.rigs.values()))
     radii = {"disc": rig.disc_track_radius_m, "ball": rig.ball_track_radius_m}
     sizes = {
@@ -520,7 +522,7 @@ def fig01(results: CampaignTables, settings: Settings) -> Sheet:
     return _draw_schematic(sheet, "fig01", titles, sizes)
 
 
-@register(counterpart="Fig. 5", family="data", shows_data=False)
+@declare_figure(counterpart="Fig. 5", family="data", shows_data=False)
 def fig05(results: CampaignTables, settings: Settings) -> Sheet:
     """Torque rig.
 
@@ -551,11 +553,11 @@ def _draw_schematic(
     panels = [sheet.panel(panel_index, title) for panel_index, title in enumerate(titles)]
     for part in tables.rows(parts.assign(words=labels)):
         panel_index = string.ascii_lowercase.index(part["panel"])
-        _draw_mark(sheet.axes[panel_index], part)
-    for axis in sheet.axes:
-        axis.set_aspect("equal")
-        axis.set_axis_off()
-        axis.set_anchor("N")
+        _draw_mark(sheet.axes_of_panels[panel_index], part)
+    for axes in sheet.axes_of_panels:
+        axes.set_aspect("equal")
+        axes.set_axis_off()
+        axes.set_anchor("N")
     sheet.legend(
         [
             Patch(facecolor=colour, label=label, **_EDGE)
@@ -569,7 +571,7 @@ def _draw_schematic(
     return sheet
 
 
-def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
+def _draw_mark(axes: Axes, part: Mapping[str, Any]) -> None:
     """Draw one row of the file of a schematic."""
     start = (part["x"], part["y"])
     end = (part["to_x"], part["to_y"])
@@ -579,16 +581,16 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
     is_oil = part["kind"] == "oil"
     match part["mark"]:
         case "box":
-            axis.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
+            axes.add_patch(Rectangle(start, width, height, facecolor=colour, **_EDGE))
         case "film":
-            axis.add_patch(Rectangle(start, width, height, facecolor=colour, linewidth=0))
+            axes.add_patch(Rectangle(start, width, height, facecolor=colour, linewidth=0))
         case "circle":
-            axis.add_patch(Circle(start, end[0], facecolor=colour, **_EDGE))
+            axes.add_patch(Circle(start, end[0], facecolor=colour, **_EDGE))
         case "ring":
-            axis.add_patch(Circle(start, end[0], fill=False, linewidth=0.6, linestyle="--"))
+            axes.add_patch(Circle(start, end[0], fill=False, linewidth=0.6, linestyle="--"))
         case "line":
             thickness = 3.0 if is_oil else 0.6
-            axis.plot(
+            axes.plot(
                 [start[0], end[0]],
                 [start[1], end[1]],
                 color=colour,
@@ -597,7 +599,7 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
             )
         case "arrow" | "turn" | "turn left":
             bend = {"turn": -0.6, "turn left": 0.6}.get(part["mark"], 0.0)
-            axis.add_patch(
+            axes.add_patch(
                 FancyArrowPatch(
                     start,
                     end,
@@ -611,21 +613,21 @@ def _draw_mark(axis: Axes, part: Mapping[str, Any]) -> None:
                 )
             )
         case "words":
-            _draw_label(axis, part["words"], start, end)
+            _draw_label(axes, part["words"], start, end)
 
 
 def _draw_label(
-    axis: Axes, label: str, centre: tuple[float, float], target_point: tuple[float, float]
+    axes: Axes, label: str, centre: tuple[float, float], target_point: tuple[float, float]
 ) -> None:
     """Write a label, with a line to its target unless that is the centre of the label."""
     box = None
     if centre != target_point:
-        axis.plot(
+        axes.plot(
             [centre[0], target_point[0]],
             [centre[1], target_point[1]],
             color=style.GREY,
             linewidth=0.5,
         )
-        axis.plot(*target_point, ".", color=style.GREY, markersize=2.5)
+        axes.plot(*target_point, ".", color=style.GREY, markersize=2.5)
         box = {"facecolor": "white", "edgecolor": "none", "pad": 0.8}
-    axis.text(*centre, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)
+    axes.text(*centre, label, ha="center", va="center", fontsize=7, linespacing=1.1, bbox=box)

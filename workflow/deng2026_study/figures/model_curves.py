@@ -23,7 +23,7 @@ from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, read_surface
 from oilfilm.report.figures import style
 from oilfilm.report.figures.fits import mu_at_zero_slip, oil_symbol
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
+from oilfilm.report.figures.sheet import Panel, Sheet, declare_figure, oil_grid
 from oilfilm.report.names import CONDITION_TEXTS, law_title
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -53,7 +53,7 @@ _BEYOND_TESTS_PATCH = Patch(facecolor=style.EXTRAPOLATED_COLOUR, label="beyond t
 _LABEL_OF_DASHED_SERIES = {"truth": "truth of the simulation", "printed": "printed constants"}
 
 
-@register(
+@declare_figure(
     counterpart="Fig. 7",
     # one job draws the figures of a family
     family="law",
@@ -78,7 +78,7 @@ def fig07(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig07", results, settings, **references)
 
 
-@register(like="fig07", counterpart="Fig. 8")
+@declare_figure(like="fig07", counterpart="Fig. 8")
 def fig08(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against entrainment speed.
 
@@ -88,7 +88,7 @@ def fig08(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig08", results, settings, **references)
 
 
-@register(like="fig07", counterpart="Fig. 9")
+@declare_figure(like="fig07", counterpart="Fig. 9")
 def fig09(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against pressure.
 
@@ -98,7 +98,7 @@ def fig09(results: CampaignTables, settings: Settings, **references: Any) -> She
     return _draw_cuts("fig09", results, settings, **references)
 
 
-@register(like="fig07", counterpart="Fig. 10")
+@declare_figure(like="fig07", counterpart="Fig. 10")
 def fig10(results: CampaignTables, settings: Settings, **references: Any) -> Sheet:
     """Traction against temperature.
 
@@ -154,10 +154,10 @@ def _draw_cuts(
         )
         highest_of_rows[row_index] = max(highest_of_rows[row_index], largest_mu)
         # a very wide interval leaves the panel; otherwise the lines would be flat
-        panel.axis.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
+        panel.axes.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
         colour = style.oil_colour(oil, list(settings.oils))
-        corner_look: style.Look = {"ha": "right", "va": "top", "transform": panel.axis.transAxes}
-        panel.axis.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner_look)
+        corner_look: style.Look = {"ha": "right", "va": "top", "transform": panel.axes.transAxes}
+        panel.axes.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner_look)
     sheet.label_axes(style.CONDITION_LABELS[abscissa], style.TRACTION_LABEL, fontsize=7)
     sheet.legend(
         _legend_entries(sheet.drawn(), getattr(levels, line_condition), (abscissa, line_condition)),
@@ -279,10 +279,10 @@ def _draw_refit(
             panel.line("printed", x, printed_mu, _comparison_look(), **oil_and_label)
             largest_mu = max(largest_mu, printed_mu.max())
     for start, end in _intervals_where(x, is_beyond_tests):
-        panel.axis.axvspan(start, end, color=style.EXTRAPOLATED_COLOUR, linewidth=0, zorder=0)
-    panel.axis.set_xlim(x.min(), x.max())
+        panel.axes.axvspan(start, end, color=style.EXTRAPOLATED_COLOUR, linewidth=0, zorder=0)
+    panel.axes.set_xlim(x.min(), x.max())
     # numbers of neighbouring panels must not meet
-    panel.axis.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    panel.axes.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     return float(largest_mu)
 
 
@@ -380,7 +380,7 @@ _NO_WANG_DENG = "no Wang-Deng law could be fitted"
 _LINESTYLE_OF_SERIES = {"fit": "-", "left out": style.LINE_STYLES["left out"], "Eq. 7": ":"}
 
 
-@register(
+@declare_figure(
     counterpart="Fig. 4",
     family="law",
     tables=("points", "fit_quality", "coefficients", "law_points"),
@@ -403,18 +403,18 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     sheet = Sheet(panel_count=4, column_count=2, height=(1.7, 1.5), across=0.55, down=0.45)
     zero_slip_panel = sheet.panel(0, f"Curve with the largest |{style.MU}(0)|")
     left_out_panel = sheet.panel(1, "Curve with the largest growth of error")
-    near_zero_axis, error_axis = sheet.axes[2:]
-    near_zero_axis.set_title("    near S = 0")
+    near_zero_axes, error_axes = sheet.axes_of_panels[2:]
+    near_zero_axes.set_title("    near S = 0")
     # numbers of many decimals: few of them fit
-    near_zero_axis.xaxis.set_major_locator(MaxNLocator(4))
-    error_axis.set_title("    fitted minus measured")
+    near_zero_axes.xaxis.set_major_locator(MaxNLocator(4))
+    error_axes.set_title("    fitted minus measured")
     oil_handles: list[Any] = []
     for oil in settings.oils:
         fit_by_law = {fit["law"]: fit for fit in tables.rows(fits[fits["oil"] == oil])}
         text_at_zero = _draw_zero_slip(
-            zero_slip_panel, near_zero_axis, fit_by_law, results, settings
+            zero_slip_panel, near_zero_axes, fit_by_law, results, settings
         )
-        text_left_out = _draw_left_out(left_out_panel, error_axis, fit_by_law, results, settings)
+        text_left_out = _draw_left_out(left_out_panel, error_axes, fit_by_law, results, settings)
         label_lines = [oil]
         label_lines += [f"(a) {text_at_zero}"] if text_at_zero else []
         label_lines += [f"(b) {text_left_out}"] if text_left_out else []
@@ -422,15 +422,15 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
             look = style.oil_look(oil, list(settings.oils)) | {"linewidth": 0.9}
             oil_handles.append(style.line_handle("\n".join(label_lines), **look))
     for panel in (zero_slip_panel, left_out_panel):
-        if not panel.axis.lines:
+        if not panel.axes.lines:
             panel.write_message(_NO_WANG_DENG)
-    for axis in (near_zero_axis, error_axis):
-        axis.axhline(0, color="black", linewidth=0.6)
-        axis.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
-    _zoom_to_zero_slip(near_zero_axis, sheet.drawn())
-    zero_slip_panel.axis.set_ylabel(style.TRACTION_LABEL)
-    near_zero_axis.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
-    error_axis.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
+    for axes in (near_zero_axes, error_axes):
+        axes.axhline(0, color="black", linewidth=0.6)
+        axes.set_xlabel(style.CONDITION_LABELS["slide_roll_ratio"])
+    _zoom_to_zero_slip(near_zero_axes, sheet.drawn())
+    zero_slip_panel.axes.set_ylabel(style.TRACTION_LABEL)
+    near_zero_axes.set_ylabel(f"{style.MU} ({style.THOUSANDTHS})")
+    error_axes.set_ylabel(f"\N{GREEK CAPITAL LETTER DELTA}{style.MU} ({style.THOUSANDTHS})")
     black: style.Look = {"color": "black", "linewidth": 0.9}
     plateau = style.symbol_handle("plateau, 95 % (random part)", ".", color="black", markersize=4)
     labels = {
@@ -446,11 +446,11 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _zoom_to_zero_slip(axis: Axes, drawn: pd.DataFrame) -> None:
+def _zoom_to_zero_slip(axes: Axes, drawn: pd.DataFrame) -> None:
     """Show what is near zero slip: a few times the largest mu(0), as far as the slowest rise.
 
     Args:
-        axis: The axis.
+        axes: The axes.
         drawn: Table `drawn` of the sheet, with columns `panel`, `series`, `oil`, `x` and `y`.
     """
     panel_a = drawn[drawn["panel"] == "a"]
@@ -459,13 +459,13 @@ def _zoom_to_zero_slip(axis: Axes, drawn: pd.DataFrame) -> None:
         top = 4 * mu_at_zero.abs().max()
         fit_lines = panel_a[panel_a["series"] == "fit"]
         farthest = fit_lines.loc[fit_lines.groupby("oil")["y"].cummax() < top, "x"].max()
-        axis.set_ylim(1e3 * (min(mu_at_zero.min(), 0) - 0.1 * top), 1e3 * top)
-        axis.set_xlim(-0.04 * farthest, farthest)
+        axes.set_ylim(1e3 * (min(mu_at_zero.min(), 0) - 0.1 * top), 1e3 * top)
+        axes.set_xlim(-0.04 * farthest, farthest)
 
 
 def _draw_zero_slip(
     panel: Panel,
-    near_zero_axis: Axes,
+    near_zero_axes: Axes,
     fit_by_law: Mapping[str, FitRow],
     results: CampaignTables,
     settings: Settings,
@@ -491,26 +491,26 @@ def _draw_zero_slip(
         panel, fit_by_law[chosen_law_name], run_id, results, settings
     )
     slip, mu = _fitted_curve(fit_by_law[chosen_law_name], curve, results, settings)
-    near_zero_axis.plot(
+    near_zero_axes.plot(
         curve["slide_roll_ratio"], 1e3 * curve["traction_coefficient"], ".", **line_look
     )
     panel.line("fit", slip, mu, line_look, **oil_and_label)
-    near_zero_axis.plot(slip, 1e3 * mu, **line_look)
+    near_zero_axes.plot(slip, 1e3 * mu, **line_look)
     # an open symbol hides no other
-    near_zero_axis.plot(
+    near_zero_axes.plot(
         0,
         1e3 * mu[0],
         **symbol_look | {"markersize": 5},
         zorder=4 + (not fit_by_law[chosen_law_name]["certified"]),
     )
-    # `near_zero_axis` shows it; this adds it to the table `drawn`
+    # `near_zero_axes` shows it; this adds it to the table `drawn`
     panel.record("zero slip", 0.0, mu[0], **oil_and_label)
     return f"{label}; {style.MU}(0) = {_in_thousandths(mu[0])} {_UNIT_OF_TEXTS}"
 
 
 def _draw_left_out(
     panel: Panel,
-    error_axis: Axes,
+    error_axes: Axes,
     fit_by_law: Mapping[str, FitRow],
     results: CampaignTables,
     settings: Settings,
@@ -563,7 +563,7 @@ def _draw_left_out(
         panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
         dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
         difference = law_mu_of_plateaus - curve[_MU].to_numpy()
-        error_axis.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
+        error_axes.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
     label += f"; rms error {_growth_text(*rms_by_curve[chosen_law_name, run_id])}"
     if (DENG2026.name, run_id) in rms_by_curve:
         label += f"; Eq. 7: {_growth_text(*rms_by_curve[DENG2026.name, run_id])}"

@@ -5,7 +5,7 @@ from pathlib import Path
 import oilfilm.run.job as run
 from deng2026_study.audit.audit import audit_campaign
 from deng2026_study.extrapolation import extrapolate, extrapolation_errors, truth_grid
-from deng2026_study.printed_constants import judge_printed, judge_signs
+from deng2026_study.printed_constants import compare_printed_with_fit, judge_signs
 from deng2026_study.settings import study_settings
 from oilfilm.fits.fit import laws_of_oil
 from oilfilm.fits.fitted import read_surface
@@ -16,7 +16,9 @@ with run.job(snakemake) as job:
     printed_file, claims_file = Path(snakemake.input.printed), Path(snakemake.input.claims)
     constants, oils = read_printed_constants(printed_file), list(job.settings.oils)
     study = study_settings(job.settings)
-    judged = judge_printed(job.input_tables.configured_fits, constants, oils, study.printed)
+    judged = compare_printed_with_fit(
+        job.input_tables.configured_fits, constants, oils, study.printed
+    )
     traction_max = job.settings.gates.traction_max
     signs, verdicts = judge_signs(constants, oils, study.printed, traction_max)
     table_by_name = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}

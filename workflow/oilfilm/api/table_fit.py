@@ -61,7 +61,7 @@ _POINT_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, 
 # Quantity and unit of each column that a table of mu may have under the project's own name.
 _QUANTITY_AND_UNIT_BY_COLUMN = {
     column: quantity
-    for column, quantity in TRACTION.vocabulary.quantity_and_unit_of_project_name.items()
+    for column, quantity in TRACTION.vocabulary.quantity_and_unit_of_column.items()
     if column in _POINT_COLUMNS
 }
 VOCABULARY = WordVocabulary("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())

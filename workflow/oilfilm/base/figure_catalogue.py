@@ -4,7 +4,7 @@ A figure is declared once, by the function that draws it:
 
 - its name is the name of the function, with hyphens;
 - its title is the first line of the docstring, its caption the rest;
-- `@register(...)` has the other attributes.
+- `@declare_figure(...)` has the other attributes.
 
 The Snakefile and the settings need all declarations whenever the Snakefile is parsed. Importing the
 functions would import matplotlib (0.5 s). Reading their source takes 0.05 s.
@@ -141,15 +141,15 @@ def _declaration(
     """
     (decorator,) = function.decorator_list
     keywords = decorator.keywords  # type: ignore[attr-defined]
-    registered_attributes = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords}
+    declared_attributes = {keyword.arg: ast.literal_eval(keyword.value) for keyword in keywords}
     docstring = ast.get_docstring(function) or ""
     title, *paragraphs = (" ".join(text.split()) for text in docstring.split("\n\n"))
-    similar_name = registered_attributes.pop("like", None)
+    similar_name = declared_attributes.pop("like", None)
     attributes: dict[str, Any] = {}
     if similar_name:
         attributes = asdict(figure_by_name[similar_name])
         paragraphs += attributes["paragraphs"][len(paragraphs) :]
-    attributes |= registered_attributes
+    attributes |= declared_attributes
     attributes["name"] = figure_name
     attributes["title"] = title.rstrip(".")
     attributes["paragraphs"] = tuple(paragraphs)

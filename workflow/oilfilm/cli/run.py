@@ -1,4 +1,7 @@
-"""The command `oilfilm run`: everything of a project folder or of a clone, by Snakemake."""
+"""The command `oilfilm run` starts Snakemake, which makes all results of a project folder.
+
+A clone of the repository is a project folder too.
+"""
 
 import argparse
 import subprocess

@@ -12,15 +12,15 @@ from oilfilm.base.errors import printable
 
 # Marks a value that only the laboratory knows. The run stops without it.
 FILL_IN = "# FILL IN"
-# Column of the comments in settings.
-_COMMENT_COLUMN = 34
+# Key and value are padded to this width, so that the comments of a file are below each other.
+_WIDTH_BEFORE_COMMENT = 34
 
 
 def settings_line(key: str, value: object, comment: str = "") -> str:
     """A line of YAML; None leaves the value empty, to be filled in."""
     line = f"{key}: {_yaml_on_one_line(value)}".rstrip()
     comment = printable(comment.removeprefix("# "))
-    return f"{line.ljust(_COMMENT_COLUMN)}  # {comment}" if comment else line
+    return f"{line.ljust(_WIDTH_BEFORE_COMMENT)}  # {comment}" if comment else line
 
 
 def _yaml_on_one_line(value: object) -> str:
@@ -31,4 +31,4 @@ def _yaml_on_one_line(value: object) -> str:
         value, default_flow_style=True, allow_unicode=True, sort_keys=False, width=np.inf
     )
     # a last key without a value is to be filled in
-    return re.sub(r" null}$", " }", text.removesuffix("\n").removesuffix("\n..."))
+    return re.sub(r": null}$", ": }", text.removesuffix("\n").removesuffix("\n..."))

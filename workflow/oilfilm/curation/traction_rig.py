@@ -46,11 +46,11 @@ from oilfilm.curation.statistics import median
 from oilfilm.curation.zero import (
     DIRECTION_COLUMN,
     force_in_rolling_refusal,
-    force_left_refusal,
     is_turning_steadily,
     phase_of_curve_refusal,
     phases_at_standstill,
     raw_signal_refusal,
+    remaining_force_refusal,
     zero_of_readings_refusal,
     zero_reference,
 )
@@ -283,7 +283,8 @@ class TractionRig(RigKind):
             )
             return replace(
                 measured_run,
-                refusal=refusal or force_left_refusal(measured_run, curation, significant_errors),
+                refusal=refusal
+                or remaining_force_refusal(measured_run, curation, significant_errors),
             )
         return measured_run
 
@@ -356,7 +357,7 @@ class TractionRig(RigKind):
         if zero_source_name == "standstill":
             return run.refusal
         if zero_source_name == "already_removed":
-            return force_left_refusal(
+            return remaining_force_refusal(
                 run, self.settings.curation, self.gate_limits.significant_errors
             )
         largest_share, significant_errors = (

@@ -164,7 +164,8 @@ def moved_zero_refusal(
         else 0.0
     )
     fields = {"sensor": sensor, "drift": zero.drift, "allowed": largest_drift}
-    # towards the opening zero, by more than the share of a steady drift
+    # The sensor still settles if its output returns to the opening zero within the last phase: the
+    # change has the opposite sign of the drift and is more than a share of it.
     if -change * np.sign(zero.drift) > gate_limits.zero_moving_share * abs(zero.drift):
         row_range = division.phase_signals.row_range(last_phase.start, last_phase.stop - 1)
         return refusal_by(
@@ -198,13 +199,14 @@ def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[s
     sample_count = len(signals)
     turning_indices = np.flatnonzero(~_is_still(signals, settings))
     if len(turning_indices) == 0:
+        # nothing turns, so that nothing is before or after the run: both phases become empty
         first_turning_index, last_turning_index = 0, sample_count - 1
     else:
         first_turning_index, last_turning_index = int(turning_indices[0]), int(turning_indices[-1])
     phases = {"opening": slice(0, max(first_turning_index - guard_rows, 0))}
     closing = slice(min(last_turning_index + 1 + settle_rows, sample_count), sample_count)
     min_duration_s = settings.zero_reference.min_duration_s
-    if short_phase_refusal(signals, closing, "closing phase", min_duration_s) is None:
+    if short_phase_refusal(signals, closing, "closing phase of standstill", min_duration_s) is None:
         phases["closing"] = closing
     return phases
 
@@ -241,7 +243,8 @@ def is_turning_steadily(signals: Signals, settings: CurationSettings) -> BoolArr
 def _ramp_length(speed: FloatArray, window_rows: int, tolerance: float) -> int:
     """Number of samples before a speed equals the mean of the following window.
 
-    It is the number of all samples where this never happens.
+    It is the number of all samples where this never happens. Every sample has a speed: a row that
+    lacks one is unreadable, and its samples are left out before.
     """
     if len(speed) < window_rows:
         return len(speed)
@@ -290,22 +293,22 @@ def phase_of_curve_refusal(
         if abs(slip) <= limit_in_errors * slip_se:
             continue
         slope = initial_slope(plateau_slips, plateau_mu, slip)
-        removed_mu = abs(slope * slip)
-        if removed_mu > largest_share * largest_mu:
+        mu_taken_for_zero = abs(slope * slip)
+        if mu_taken_for_zero > largest_share * largest_mu:
             return refusal_by(
                 "zero_missing",
                 "part_of_curve",
                 phase=phase_name,
-                share=removed_mu / largest_mu,
+                share=mu_taken_for_zero / largest_mu,
                 slip=slip,
                 slope=slope,
-                mu=removed_mu,
+                mu=mu_taken_for_zero,
                 allowed=largest_share,
             )
     return None
 
 
-def force_left_refusal(
+def remaining_force_refusal(
     run: MeasuredRun, settings: CurationSettings, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a force without slip or at standstill, where the rig removes the zero itself.
@@ -321,21 +324,24 @@ def force_left_refusal(
     phases = {
         f"in the {phase_name} phase of standstill": phase
         for phase_name, phase in phases_at_standstill(run.signals, settings).items()
-        if short_phase_refusal(run.signals, phase, phase_name, min_duration_s) is None
+        if short_phase_refusal(
+            run.signals, phase, f"{phase_name} phase of standstill", min_duration_s
+        )
+        is None
     }
     threshold = settings.spikes.threshold
     zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
     # where the slip is noisy, one that is not significant may still have traction
-    is_rolling = slip <= settings.zero_reference.max_slide_roll_ratio
-    is_rolling &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
-    force_error_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
+    is_without_slip = slip <= settings.zero_reference.max_slide_roll_ratio
+    is_without_slip &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
+    all_force_se_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
-    locations_in_words = ["without slip"] * int(is_rolling.sum()) + list(phases)
-    force_n = np.append(plateaus["traction_force_n"][is_rolling], zero_at_standstill.output)
-    error_n = np.append(force_error_n[is_rolling], zero_at_standstill.output_se)
+    locations_in_words = ["without slip"] * int(is_without_slip.sum()) + list(phases)
+    force_n = np.append(plateaus["traction_force_n"][is_without_slip], zero_at_standstill.output)
+    force_se_n = np.append(all_force_se_n[is_without_slip], zero_at_standstill.output_se)
     return _first_force_refusal(
-        force_n, significant_errors * error_n, locations_in_words, allowed_n
+        force_n, significant_errors * force_se_n, locations_in_words, allowed_n
     )
 
 
@@ -351,13 +357,16 @@ def force_in_rolling_refusal(
         signals: The run.
         phases: Name of a phase of pure rolling -> its samples; short ones are not judged.
         settings: `zero_reference` and `spikes`.
-        significant_errors: As for `force_left_refusal`.
+        significant_errors: As for `remaining_force_refusal`.
     """
     limits = settings.zero_reference
     judged_phases = {
         f"in the {phase_name} phase of pure rolling": phase
         for phase_name, phase in phases.items()
-        if short_phase_refusal(signals, phase, phase_name, limits.min_duration_s) is None
+        if short_phase_refusal(
+            signals, phase, f"{phase_name} phase of pure rolling", limits.min_duration_s
+        )
+        is None
     }
     zero = zero_reference(signals, "traction_force_n", judged_phases, settings.spikes.threshold)
     tolerances_n = significant_errors * zero.output_se
@@ -396,7 +405,9 @@ def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal |
     """
     # NaN where the log has no time
     interval_s = median(np.diff(signals.time_s))
-    slip_step = median(np.abs(np.diff(signals["slide_roll_ratio"])))
+    slip = signals["slide_roll_ratio"]
+    # a row at rest has no slip
+    slip_step = median(np.abs(np.diff(slip[np.isfinite(slip)])))
     least_step = settings.min_step / 2
     fields = dict(rows=len(signals), interval=interval_s, step=slip_step)
     fields |= dict(least_s=settings.min_duration_s, least=least_step)
@@ -409,7 +420,11 @@ def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal |
 
 
 def _reverses_slip(signals: Signals) -> bool:
-    """Whether the rig reverses the slip; then half the difference of both forces has no zero."""
+    """Whether the rig measures each slip in both directions.
+
+    Its traction force is then half the difference of two forces. A zero of the sensor is in both of
+    them, so that the difference does not contain it.
+    """
     force_of_one_direction = signals.columns.get("traction_force_1_n", np.empty(0))
     return bool(np.isfinite(force_of_one_direction).any())
 
@@ -431,9 +446,9 @@ def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> Bool
 
 def shows_its_zero(run: MeasuredRun, settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
-    is_rolling = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
+    is_without_slip = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
     differences, _ = mu_differences_of_directions(run.plateaus)
-    return bool(is_rolling.any() or len(differences) or _reverses_slip(run.signals))
+    return bool(is_without_slip.any() or len(differences) or _reverses_slip(run.signals))
 
 
 def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) -> Refusal | None:
@@ -451,10 +466,10 @@ def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) 
     mu = run.plateaus["traction_coefficient"]
     load_n = run.plateaus["load_n"]
     allowed_zero_n = _allowed_zero_n(run.plateaus, settings)
-    is_rolling = _is_without_slip(run.plateaus, allowed_zero_n)
+    is_without_slip = _is_without_slip(run.plateaus, allowed_zero_n)
     # a reading with some slip may have as much traction of its own
     allowed_n = allowed_zero_n * np.where(slip == 0, 1, 2)
-    indices_beyond = np.flatnonzero(is_rolling & (np.abs(mu * load_n) > allowed_n))
+    indices_beyond = np.flatnonzero(is_without_slip & (np.abs(mu * load_n) > allowed_n))
     if len(indices_beyond):
         first_beyond = indices_beyond[0]
         return refusal_by(
@@ -494,25 +509,31 @@ def mu_differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, Fl
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
     has_mu = np.isfinite(slip) & np.isfinite(mu)
-    is_negative = has_mu & (plateaus[DIRECTION_COLUMN] < 0)
-    is_positive = has_mu & (plateaus[DIRECTION_COLUMN] > 0)
-    if not is_negative.any() or not is_positive.any():
+    # `derive_plateaus` has reversed slip and force of plateaus with negative slip
+    was_reversed = has_mu & (plateaus[DIRECTION_COLUMN] < 0)
+    was_not_reversed = has_mu & (plateaus[DIRECTION_COLUMN] > 0)
+    if not was_reversed.any() or not was_not_reversed.any():
         return np.empty(0), np.empty(0)
-    order_by_slip = np.argsort(slip[is_positive], kind="stable")
-    rising_slip = slip[is_positive][order_by_slip]
-    is_shared = is_negative & (slip >= rising_slip[0]) & (slip <= rising_slip[-1])
-    positive_mu = np.interp(slip[is_shared], rising_slip, mu[is_positive][order_by_slip])
+    order_by_slip = np.argsort(slip[was_not_reversed], kind="stable")
+    rising_slip = slip[was_not_reversed][order_by_slip]
+    is_shared = was_reversed & (slip >= rising_slip[0]) & (slip <= rising_slip[-1])
+    positive_mu = np.interp(slip[is_shared], rising_slip, mu[was_not_reversed][order_by_slip])
     return positive_mu - mu[is_shared], mu[is_shared]
 
 
 def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     """d mu/dS at the beginning of a curve whose zero was taken at a slip; 0 where it is unknown.
 
-    The slope of a saturating curve falls exponentially. It is extrapolated from two chords: from
-    that slip to the nearest level, and from there to the next level. It is at most ten times the
-    first chord. Ten times the first chord is taken where the curve has saturated at its nearest
-    level, and where there is no next level. It is never below a chord to any level, because a
-    saturating curve is steepest at its beginning.
+    The slope of a saturating curve falls exponentially. It is extrapolated from two chords. The
+    first one goes from the slip of the zero to the nearest level. The second one goes from there to
+    the next level. The result has two limits:
+
+    - It is at most ten times the first chord. This value is taken where the curve has saturated at
+      its nearest level, and where there is no next level.
+    - It is not below the chord to any level, because a saturating curve is steepest at its
+      beginning.
+
+    Plateaus nearer to the slip of the zero than half of that slip are left out.
 
     Args:
         slip: Slide-roll ratio of each plateau, shape (n,).

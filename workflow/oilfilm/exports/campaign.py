@@ -348,7 +348,7 @@ def json_text(
         ],
         "limiting_stress_over_pressure": description.limiting_stress_ratio,
         "constants": list(description.constants_as_json),
-        "not_sound": list(description.fitted.warnings),
+        "not_sound": list(description.law_with_constants.warnings),
         "fit": _fit_as_json(description),
         "files": file_of_form,
         "not_written": obstacle_of_form,
@@ -366,7 +366,7 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
     return {
         "certified": description.is_certified,
         "verdict": certificate_sentence(quality),
-        "not_sound_because": list(description.fitted.warnings),
+        "not_sound_because": list(description.law_with_constants.warnings),
         "points": int(quality["n_points"]),
         "runs": int(quality["n_curves"]),
         "rms_error_of_mu": number_or_none(quality["rmse"]),
@@ -374,7 +374,7 @@ def _fit_as_json(description: Description) -> dict[str, Any] | None:
         "misfit_of_law_relative": number_or_none(misfit),
         "scatter_of_runs_relative": number_or_none(run_scatter),
         "fixed_conditions": [
-            asdict(fixed) for fixed in description.fitted.coefficients.fixed_conditions
+            asdict(fixed) for fixed in description.law_with_constants.coefficients.fixed_conditions
         ],
     }
 
@@ -436,12 +436,14 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
         ValueError: The point has no speed, because some run lacks it.
     """
     law = description.law
-    fixed_names = {fixed.condition for fixed in description.fitted.coefficients.fixed_conditions}
+    fixed_names = {
+        fixed.condition for fixed in description.law_with_constants.coefficients.fixed_conditions
+    }
     # NaN: `at_tested_levels` sets the tested level
     argument_values = [
         np.nan if name in fixed_names else requested_point[name] for name in law.conditions
     ]
-    conditions = description.fitted.at_tested_levels(np.array([argument_values]))
+    conditions = description.law_with_constants.at_tested_levels(np.array([argument_values]))
     level_values = [number_or_none(level) for level in conditions[0]]
     point = dict(zip(law.conditions, level_values, strict=True))
     speed = point["entrainment_speed_m_s"]

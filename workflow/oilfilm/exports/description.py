@@ -149,7 +149,7 @@ class Description:
         oil: Name of the oil as in the configuration, untrusted.
         identifier: Its name in names of files and in code, as `make_identifiers` gives it.
         campaign: The campaign behind the fit; None where the constants are published ones.
-        fitted: The law with its constants.
+        law_with_constants: The law with its constants, which are fitted or printed ones.
         law_variables: One variable for each group of the law, in the law's order.
         constants_as_json: All constants in the law's order, each as an object of the JSON file.
         quality: The oil's row of the table `fit_quality`; None for published constants.
@@ -162,7 +162,7 @@ class Description:
     oil: str
     identifier: str
     campaign: Campaign | None
-    fitted: FittedLaw
+    law_with_constants: FittedLaw
     law_variables: tuple[LawVariable, ...]
     constants_as_json: tuple[Mapping[str, Any], ...]
     quality: Mapping[str, Any] | None
@@ -173,7 +173,7 @@ class Description:
     @property
     def law(self) -> Law:
         """The law whose constants these are."""
-        return self.fitted.law
+        return self.law_with_constants.law
 
     @property
     def kind_of_data(self) -> Literal["measured", "simulated", "printed"]:
@@ -194,7 +194,7 @@ class Description:
             "campaign": "" if self.campaign is None else self.campaign.name,
             "data": self.kind_of_data,
             "certified": self.is_certified,
-            "not_sound": "; ".join(self.fitted.warnings),
+            "not_sound": "; ".join(self.law_with_constants.warnings),
         }
 
     @property
@@ -205,17 +205,19 @@ class Description:
     @property
     def where_known(self) -> str:
         """Where each fixed condition was tested, as text. Empty if no condition is fixed."""
-        return "; ".join(fixed.sentence() for fixed in self.fitted.coefficients.fixed_conditions)
+        return "; ".join(
+            fixed.sentence() for fixed in self.law_with_constants.coefficients.fixed_conditions
+        )
 
     @property
     def limiting_stress_ratio(self) -> float:
         """Limiting shear stress of the oil over the pressure: no film carries a larger |mu|."""
-        return self.fitted.coefficients.limiting_stress_ratio
+        return self.law_with_constants.coefficients.limiting_stress_ratio
 
     @property
     def slip_variable(self) -> LawVariable:
         """The slide-roll ratio S. |S| counts as tested from 0, because traction is odd in S."""
-        tested = (0.0, number_or_none(self.fitted.coefficients.tested_box[-1, 1]))
+        tested = (0.0, number_or_none(self.law_with_constants.coefficients.tested_box[-1, 1]))
         meaning = f"{SLIP_MEANING}, of either sign"
         return LawVariable(SLIP, "S", meaning, "1", "argument", None, None, tested)
 
@@ -254,7 +256,7 @@ class Description:
     @property
     def obstacle(self) -> str:
         """A sentence on why no function of mu can be written; empty where one can."""
-        lacks_constants = np.isnan(self.fitted.coefficients.constants).any()
+        lacks_constants = np.isnan(self.law_with_constants.coefficients.constants).any()
         return certificate_sentence(self.quality) if lacks_constants and self.quality else ""
 
     @property
@@ -264,7 +266,9 @@ class Description:
         Exponents that the law prescribes are included.
         """
         names = [constant.name for constant in self.law.constants]
-        return dict(zip(names, self.fitted.coefficients.constants.tolist(), strict=True))
+        return dict(
+            zip(names, self.law_with_constants.coefficients.constants.tolist(), strict=True)
+        )
 
     def steps(self, *, constants_by_name: bool = False) -> list[tuple[str, Node]]:
         """mu as a list of steps, each the name and the expression of an intermediate value.
@@ -307,12 +311,12 @@ class Description:
             group_values: Value of each group of the law, shape (groups,).
         """
         law = self.law
-        group_has_exponent = self.fitted.coefficients.group_has_exponent
+        group_has_exponent = self.law_with_constants.coefficients.group_has_exponent
         terms = np.where(group_has_exponent, law.log_terms(group_values), 0.0)
         design = np.concatenate([[1.0], terms])[np.newaxis]
-        magnitudes = law.magnitudes(to_internal(law, self.fitted.coefficients.constants), design)[
-            :, 0
-        ]
+        magnitudes = law.magnitudes(
+            to_internal(law, self.law_with_constants.coefficients.constants), design
+        )[:, 0]
         signs = [coefficient.sign for coefficient in law.coefficients]
         return dict(zip(law.coefficient_names, (magnitudes * signs).tolist(), strict=True))
 
@@ -321,7 +325,7 @@ class Description:
         # An unknown end is NaN. A comparison with NaN is false, so the point counts as outside.
         tested_ends = np.array([variable.tested for variable in self.law_variables], dtype=float)
         is_inside = (tested_ends[:, 0] <= group_values) & (group_values <= tested_ends[:, 1])
-        return not is_inside[self.fitted.coefficients.group_has_exponent].all()
+        return not is_inside[self.law_with_constants.coefficients.group_has_exponent].all()
 
     # ------------------------------------------------------------ sentences
 
@@ -383,7 +387,7 @@ class Description:
             if misfit:
                 sentences.append(plain_text(misfit))
         return sentences + [
-            plain_text(f"NOT SOUND: {sentence}") for sentence in self.fitted.warnings
+            plain_text(f"NOT SOUND: {sentence}") for sentence in self.law_with_constants.warnings
         ]
 
     @property
@@ -455,7 +459,7 @@ def describe(
         oil=oil,
         identifier=identifier,
         campaign=settings.campaign,
-        fitted=replace(fitted, warnings=tuple(warnings)),
+        law_with_constants=replace(fitted, warnings=tuple(warnings)),
         law_variables=tuple(_law_variables(fitted, accepted_points)),
         constants_as_json=tuple(constants_as_json),
         quality=quality_of_law,

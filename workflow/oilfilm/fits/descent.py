@@ -82,7 +82,7 @@ def descend(
     weights: FloatArray | None = None,
     is_held: BoolArray | None = None,
     tolerance: float = 1e-9,
-    starts_near_ends: bool = False,
+    use_newton: bool = False,
     most_steps: int = 300,
 ) -> tuple[FloatArray, FloatArray]:
     """The local optima next to each start, within the law's bounds.
@@ -97,7 +97,8 @@ def descend(
         is_held: True where a constant stays at its start, shape (descents, free).
         tolerance: A descent ends where the relative decrease of the SSE is below this, both the
             expected and the achieved one.
-        starts_near_ends: Whether the starts are near their ends: Newton's method is then used.
+        use_newton: Whether Newton's method is used, with second derivatives of the law and little
+            damping. Only for starts near their ends: from others it may run away.
         most_steps: Largest number of steps of a descent.
 
     Returns:
@@ -112,7 +113,7 @@ def descend(
         weights = np.ones((len(starts), problem.curve_count))
     if is_held is None:
         is_held = np.zeros(starts.shape, dtype=bool)
-    descents = _Descents(problem, weights, is_held, tolerance, starts_near_ends, most_steps)
+    descents = _Descents(problem, weights, is_held, tolerance, use_newton, most_steps)
     ends, sse = _descend(descents, starts.copy())
     low, high = problem.free_bounds.T
     while True:
@@ -138,8 +139,7 @@ class _Descents:
         weights: Weight of each curve's squared errors in each descent, shape (descents, curves).
         is_held: True where a constant stays at its start, shape (descents, free).
         tolerance: As in `descend`.
-        starts_near_ends: Whether the starts are near their ends: second derivatives of the law are
-            then used.
+        use_newton: As in `descend`.
         most_steps: As in `descend`.
     """
 
@@ -147,7 +147,7 @@ class _Descents:
     weights: FloatArray
     is_held: BoolArray
     tolerance: float
-    starts_near_ends: bool
+    use_newton: bool
     most_steps: int
 
     def select(self, indices: IndexArray) -> "_Descents":
@@ -174,16 +174,16 @@ class _Descents:
 
 def _descend(descents: _Descents, constants: FloatArray) -> tuple[FloatArray, FloatArray]:
     """Ends of the descents and the SSE there, without regard to bounds; overwrites `constants`."""
-    starts_near_ends = descents.starts_near_ends
-    first_damping = _FIRST_DAMPING_NEAR if starts_near_ends else _FIRST_DAMPING
-    least_growth = _DAMPING_GROWTH_NEAR if starts_near_ends else _DAMPING_GROWTH
+    use_newton = descents.use_newton
+    first_damping = _FIRST_DAMPING_NEAR if use_newton else _FIRST_DAMPING
+    least_growth = _DAMPING_GROWTH_NEAR if use_newton else _DAMPING_GROWTH
     current = _normal_equations(descents, constants)
     damping: FloatArray = np.full(len(constants), first_damping)
     growth: FloatArray = np.full(len(constants), least_growth)
     active_indices = np.arange(len(constants))
     distance_outside = descents.distance_outside(active_indices, constants)
     steps_farther = np.zeros(len(constants), dtype=int)
-    is_linear = descents.problem.is_linear & starts_near_ends
+    is_linear = descents.problem.is_linear & use_newton
     for _ in range(descents.most_steps):
         steps, expected_decrease = _damped_steps(current, damping, active_indices, is_linear)
         # a strongly damped step promises little and proves nothing, nor does one towards a saddle
@@ -191,7 +191,7 @@ def _descend(descents: _Descents, constants: FloatArray) -> tuple[FloatArray, Fl
             expected_decrease <= descents.tolerance * current.sse[active_indices]
         )
         has_ended: BoolArray = is_small & (damping[active_indices] <= 1)
-        if starts_near_ends:
+        if use_newton:
             # Newton's last step is not tested: its error is the square of the step
             constants[active_indices[has_ended]] += steps[has_ended]
             current.sse[active_indices[has_ended]] -= expected_decrease[has_ended]
@@ -222,7 +222,7 @@ def _descend(descents: _Descents, constants: FloatArray) -> tuple[FloatArray, Fl
         )
         distance_outside[accepted_indices] = new_distance
         # a refit that runs away goes on for many steps; it ends at a bound
-        has_ended |= (steps_farther[active_indices] >= _MOST_STEPS_OUTSIDE) & starts_near_ends
+        has_ended |= (steps_farther[active_indices] >= _MOST_STEPS_OUTSIDE) & use_newton
         active_indices = active_indices[~has_ended & (damping[active_indices] < _STUCK_DAMPING)]
         if not len(active_indices):
             break
@@ -298,7 +298,7 @@ def _normal_equations(descents: _Descents, constants: FloatArray) -> _NormalEqua
     if (constants == constants[0]).all():
         # all descents at one start: sums over points are the same for all
         sse, gradient, matrix = _weighted_sums(
-            problem, constants[:1], descents.weights, descents.starts_near_ends
+            problem, constants[:1], descents.weights, descents.use_newton
         )
     else:
         descents_per_chunk = max(_POINTS_PER_CHUNK // max(len(problem.mu), 1), 1)
@@ -308,7 +308,7 @@ def _normal_equations(descents: _Descents, constants: FloatArray) -> _NormalEqua
         for first_descent in range(0, len(constants), descents_per_chunk):
             chunk = slice(first_descent, first_descent + descents_per_chunk)
             chunk_sse, chunk_gradient, chunk_matrix = _weighted_sums(
-                problem, constants[chunk], descents.weights[chunk], descents.starts_near_ends
+                problem, constants[chunk], descents.weights[chunk], descents.use_newton
             )
             sse_of_chunks.append(chunk_sse)
             gradients.append(chunk_gradient)

@@ -27,7 +27,7 @@ from oilfilm.fits.fit_tables import (
     tables_of_fit,
     tables_without_fit,
 )
-from oilfilm.fits.global_search import Optimum, is_at_bound, polish, search
+from oilfilm.fits.global_search import Optimum, converge, is_at_bound, search
 from oilfilm.fits.problem import CurveData, Problem, build_problem, curve_data
 from oilfilm.fits.robust_fit import fit_robustly
 from oilfilm.fits.uncertainty import (
@@ -235,7 +235,7 @@ def _optimum_from_nested_law(
         for constant, value in zip(nested_law.constants, nested_constants, strict=True)
     }
     start = [value_by_name.get(constant.name, constant.lower) for constant in problem.law.constants]
-    return polish(problem, np.array(start)[problem.is_free])
+    return converge(problem, np.array(start)[problem.is_free])
 
 
 def _refits(
@@ -378,7 +378,7 @@ def _errors_by_fits_without(
     starts = np.tile(optimum.constants, (len(is_left_out), 1))
     weights = (~is_left_out).astype(float)
     ends, _ = descend(
-        problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, starts_near_ends=True
+        problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, use_newton=True
     )
     errors = np.full(len(problem.mu), np.nan)
     for end, is_out_of_fit in zip(ends, is_left_out, strict=True):

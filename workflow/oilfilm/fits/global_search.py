@@ -1,8 +1,12 @@
 """Global searches by SciPy's differential evolution, polished by Newton's method.
 
-A search looks among the logarithms of |A0|, B0 and C0, with the analytic derivatives of the law.
+A search looks for the free internal constants of a law. The internal value of a constant X0, as A0,
+is ln|X0|. That of an exponent is the exponent itself. Constants that the law prescribes are not
+free.
+
 Differential evolution only finds starts. The descents from these starts decide where a search ends.
-The descents of all searches run at once, and each search is independent of the others.
+They use the analytic derivatives of the law. The descents of all searches run at once, and each
+search is independent of the others.
 
 Decides: how constants are searched.
 """
@@ -20,10 +24,11 @@ from oilfilm.fits.descent import descend
 from oilfilm.fits.problem import Problem
 from oilfilm.settings.config import FitSettings
 
-# Number of points that are enough to find the valleys. The floors are compared with all points.
+# Number of points of the first descents. They are enough to find the valleys of the SSE. The lowest
+# points of the valleys are then found and compared with all points.
 _POINTS_TO_FIND_VALLEYS = 500
-# Relative decrease of the SSE at which a descent to a valley ends: local minima are 7 % and more
-# above the best one.
+# Relative decrease of the SSE at which a descent to a valley ends. It is small enough to tell the
+# valleys apart: the SSE of local minima is at least 7 % above that of the best one.
 _VALLEY_TOLERANCE = 1e-3
 # Largest number of steps of a descent to a valley, with few points and then with all points. A
 # descent that needs more diverges.
@@ -32,11 +37,12 @@ _STEPS_WITH_ALL_POINTS = 15
 # Relative decrease of the SSE where Newton's method begins, and where it ends.
 _NEWTON_TOLERANCE = 1e-6
 _LAST_DIGITS_TOLERANCE = 1e-14
-# Share of a candidate's constants that come from a mutant.
+# Share of a new member's constants that come from a mutant.
 _RECOMBINATION = 0.9
 # Range of the factor of a mutation.
 _MUTATION = (0.5, 1.0)
-_CANDIDATES_PER_CONSTANT = 5
+# A population has at least so many members per free constant.
+_FEWEST_MEMBERS_PER_CONSTANT = 5
 # A constant is at a bound where it is nearer to it than this share of the range.
 _AT_BOUND_SHARE = 1e-6
 
@@ -59,14 +65,17 @@ def search(
 ) -> list[Optimum]:
     """Independent global searches; the optimum of each of them.
 
-    Differential evolution is stopped while its population still covers several valleys. Members
-    of all ranks are then polished, and the lowest end counts. On the hardest oil a fully converged
-    population is in the wrong valley in 1 of 4 searches, and polishing one member finds the right
-    valley in about 1 of 2.
+    Differential evolution stops while the members of its population are still in several valleys.
+    Descents then start from members of all ranks. The search ends at the lowest of their ends.
+
+    Two simpler ways fail on the hardest oil. If the population converges fully, it is in the wrong
+    valley in 1 of 4 searches. A descent from a single member finds the right valley in about 1 of 2
+    searches.
 
     Args:
         problem: What to fit.
-        settings: `population`, `generations` and `polished` of config's fit.
+        settings: `population`, `generations` and `polished` of config's fit. `polished` is the
+            number of members from which descents start.
         randoms: Source of each search's random numbers.
 
     Returns:
@@ -83,10 +92,10 @@ def search(
         problem, ends, tolerance=_VALLEY_TOLERANCE, most_steps=_STEPS_WITH_ALL_POINTS
     )
     ends = ends.reshape(members.shape)
-    lowest_member = np.argmin(sse.reshape(search_count, member_count), axis=1)
+    index_of_lowest_member = np.argmin(sse.reshape(search_count, member_count), axis=1)
     return [
-        polish(problem, ends[search_index, member_index])
-        for search_index, member_index in enumerate(lowest_member)
+        converge(problem, ends[search_index, member_index])
+        for search_index, member_index in enumerate(index_of_lowest_member)
     ]
 
 
@@ -101,13 +110,14 @@ def _evolved_members(
     Reference: R. Storn, K. Price, J. Glob. Optim. 11 (1997) 341, DE/rand/1/bin.
     """
     low, high = problem.free_bounds.T
-    start_lower = np.array([constant.start_lower for constant in problem.law.constants])
-    low = np.maximum(low, start_lower[problem.is_free])
-    candidate_count = max(settings.population, _CANDIDATES_PER_CONSTANT * len(low))
+    # far below its smallest start a constant has no effect on the residuals
+    smallest_start = np.array([constant.smallest_start for constant in problem.law.constants])
+    low = np.maximum(low, smallest_start[problem.is_free])
+    member_count = max(settings.population, _FEWEST_MEMBERS_PER_CONSTANT * len(low))
 
     # SciPy's type hints have no vectorized function
     def sse_of_members(members: FloatArray) -> Any:
-        """Sum of squares of each candidate; SciPy has one candidate per column."""
+        """Sum of squares of each member; SciPy has one member per column."""
         return population_sse(problem, members.T)
 
     # SciPy imports `optimize` at its first use, so that only jobs that search wait for it
@@ -115,7 +125,7 @@ def _evolved_members(
         sse_of_members,
         scipy.optimize.Bounds(low, high),
         strategy="rand1bin",
-        popsize=math.ceil(candidate_count / len(low)),
+        popsize=math.ceil(member_count / len(low)),
         maxiter=settings.generations,
         tol=0,  # all generations
         mutation=_MUTATION,
@@ -125,6 +135,7 @@ def _evolved_members(
         vectorized=True,
         rng=random,
     )
+    # so many members are the starts of descents in `search`
     ranks = np.linspace(0, len(result.population) - 1, settings.polished).astype(int)
     members_by_rank = np.argsort(result.population_energies, kind="stable")
     return np.asarray(result.population[members_by_rank[ranks]])
@@ -137,8 +148,8 @@ def is_at_bound(problem: Problem, constants: FloatArray) -> BoolArray:
     return np.asarray((constants <= low + margin) | (constants >= high - margin))
 
 
-def polish(problem: Problem, start: FloatArray) -> Optimum:
-    """The local optimum next to `start`, to the last digits, within the law's bounds.
+def converge(problem: Problem, start: FloatArray) -> Optimum:
+    """The local optimum that descents from `start` reach, to the last digits, within the bounds.
 
     A constant that starts at a bound stays there.
 
@@ -154,24 +165,24 @@ def polish(problem: Problem, start: FloatArray) -> Optimum:
         ends,
         is_held=is_at_bound(problem, ends),
         tolerance=_NEWTON_TOLERANCE,
-        starts_near_ends=False,
+        use_newton=False,
     )
     # Newton's last step is damped, and its remaining error depends on the start. A second descent
     # from its end leaves rounding only.
     for _ in range(2):
         is_held = is_at_bound(problem, ends)
         ends, sse = descend(
-            problem, ends, is_held=is_held, tolerance=_LAST_DIGITS_TOLERANCE, starts_near_ends=True
+            problem, ends, is_held=is_held, tolerance=_LAST_DIGITS_TOLERANCE, use_newton=True
         )
     return Optimum(ends[0], float(sse[0]))
 
 
 def population_sse(problem: Problem, population: FloatArray) -> FloatArray:
-    """Sum of squared errors of each candidate, shape (k,); infinite where mu has no value.
+    """Sum of squared errors of each member, shape (k,); infinite where mu has no value.
 
     Args:
         problem: What to fit.
-        population: Free internal constants of the candidates, shape (k, free).
+        population: Free internal constants of the members, shape (k, free).
     """
     with np.errstate(over="ignore", invalid="ignore"):
         mu = problem.law.traction(problem.expand(population.T), problem.observations)

@@ -68,7 +68,7 @@ def fit_robustly(problem: Problem, plain_optimum: Optimum) -> RobustFit | None:
         weighted_problem = replace(problem, weight_of_point=_cauchy_weight(residual, scale))
         # of one start: its local optimum, and the SSE there
         local_optima, _ = descend(
-            weighted_problem, constants[np.newaxis], tolerance=_SSE_TOLERANCE, starts_near_ends=True
+            weighted_problem, constants[np.newaxis], tolerance=_SSE_TOLERANCE, use_newton=True
         )
         constants = local_optima[0]
         previous_residual = residual

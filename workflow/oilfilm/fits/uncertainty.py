@@ -12,7 +12,7 @@ import pandas as pd
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.descent import descend
-from oilfilm.fits.global_search import Optimum, polish
+from oilfilm.fits.global_search import Optimum, converge
 from oilfilm.fits.problem import Problem, build_problem, curve_data
 
 # Relative decrease of the SSE at which a refit ends. A refit is one draw from a distribution:
@@ -124,9 +124,7 @@ def curve_bootstrap(
     curve_counts = draw_curves(problem.observations.design, refit_count, random)
     weights = curve_counts.astype(float)
     starts = np.tile(optimum.constants, (refit_count, 1))
-    ends, _ = descend(
-        problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, starts_near_ends=True
-    )
+    ends, _ = descend(problem, starts, weights=weights, tolerance=_REFIT_TOLERANCE, use_newton=True)
     return ends
 
 
@@ -241,7 +239,7 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
             observations=problem_of_shifted_points.observations,
             mu=problem_of_shifted_points.mu,
         )
-        refits.append(polish(shifted_problem, optimum.constants).constants)
+        refits.append(converge(shifted_problem, optimum.constants).constants)
     return np.array(refits)
 
 
@@ -317,7 +315,7 @@ def profiles(problem: Problem, optimum: Optimum, naive_covariance: FloatArray) -
     sse = np.full(len(starts), np.nan)
     if np.isfinite(naive_covariance).all():
         _, sse = descend(
-            problem, starts, is_held=is_held, tolerance=_PROFILE_TOLERANCE, starts_near_ends=True
+            problem, starts, is_held=is_held, tolerance=_PROFILE_TOLERANCE, use_newton=True
         )
     rise = (
         np.maximum(sse - optimum.sse, 0) * residual_freedom / max(optimum.sse, np.finfo(float).tiny)

@@ -99,8 +99,8 @@ class Vocabulary:
     Attributes:
         name: Kind of log, in one word.
         columns_key: Key of the campaign file that lists other names of columns.
-        quantity_and_unit_of_project_name: Name of a column in the project, which ends in its unit
-            -> quantity and unit.
+        quantity_and_unit_of_column: Quantity and unit of each column of the project, by the name of
+            the column, which ends in the unit.
         required_quantities: Quantities that every log must have.
         alternative_quantities: Sets of quantities of which a log must have one. A message about
             missing columns names the first set. A log may have quantities of later sets too: they
@@ -113,7 +113,7 @@ class Vocabulary:
 
     name: str
     columns_key: str
-    quantity_and_unit_of_project_name: Mapping[str, tuple[str, str]]
+    quantity_and_unit_of_column: Mapping[str, tuple[str, str]]
     required_quantities: tuple[str, ...]
     alternative_quantities: tuple[tuple[str, ...], ...] = ((),)
     optional_quantities: tuple[str, ...] = ()
@@ -124,7 +124,7 @@ class Vocabulary:
     def units_of_quantity(self) -> Mapping[str, tuple[str, ...]]:
         """Quantity -> the units to which it can be converted."""
         units_of_quantity: dict[str, tuple[str, ...]] = {}
-        for quantity, unit in self.quantity_and_unit_of_project_name.values():
+        for quantity, unit in self.quantity_and_unit_of_column.values():
             units_of_quantity[quantity] = (*units_of_quantity.get(quantity, ()), unit)
         return units_of_quantity
 
@@ -145,8 +145,8 @@ class Vocabulary:
             if _is_listed(name, listed_column):
                 return QuantityAndUnit(quantity, listed_column.unit or unit)
         key = plain_key(bare_name)
-        if key in self.quantity_and_unit_of_project_name:
-            quantity, unit_in_name = self.quantity_and_unit_of_project_name[key]
+        if key in self.quantity_and_unit_of_column:
+            quantity, unit_in_name = self.quantity_and_unit_of_column[key]
             return QuantityAndUnit(quantity, unit or unit_in_name)
         if key in self.units_of_quantity:
             return QuantityAndUnit(key, unit)
@@ -318,9 +318,7 @@ class Vocabulary:
         key = plain_key(bare_name)
         # the name of a ratio, which is that of its quantity, states no unit
         _, unit_in_key = (
-            self.quantity_and_unit_of_project_name.get(key, ("", ""))
-            if key != quantity
-            else ("", "")
+            self.quantity_and_unit_of_column.get(key, ("", "")) if key != quantity else ("", "")
         )
         unit_in_name = unit_in_brackets or unit_in_key
         # time stamps are in seconds whatever their name says
@@ -437,7 +435,7 @@ class LogSchema:
         find_header_problems: Function that gives why a log with these header lines and columns
             cannot be used. A later check relies on the earlier ones.
         make_run: Function that makes the run of a log.
-        sheet_keys: Header keys that the run sheet may give beside the oil.
+        run_sheet_keys: Header keys that the run sheet may give beside the oil.
         find_unneeded_quantities: Function that gives the quantities for which a log with these
             header lines needs no column.
         find_rows_of_set_points: Function that gives the row indices of each set point of a run.
@@ -450,7 +448,7 @@ class LogSchema:
         [Mapping[str, str], Sequence[LoggedColumn], Settings], HeaderProblems
     ]
     make_run: Callable[[UsableLog, Settings], base.LoggedRun]
-    sheet_keys: tuple[str, ...]
+    run_sheet_keys: tuple[str, ...]
     find_unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = (
         _no_unneeded_quantities
     )

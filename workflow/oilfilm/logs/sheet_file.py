@@ -41,7 +41,7 @@ from oilfilm.logs.text_rows import encoding_of
 from oilfilm.logs.workbook import ZIP_SIGNATURE, checked_workbook
 from oilfilm.settings.resolved import Settings
 
-# Columns that every run sheet may have. A log schema adds more (`sheet_keys`).
+# Columns that every run sheet may have. A log schema adds more (`run_sheet_keys`).
 _COMMON_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of the column `exclude` that do not exclude a run.
 _CELLS_THAT_KEEP_A_RUN = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
@@ -138,7 +138,7 @@ class _SheetBeingRead:
     def __init__(self, path: Path, settings: Settings, log_schema: LogSchema) -> None:
         self.path = path
         self.settings = settings
-        self.allowed_keys = (*_COMMON_COLUMNS, *log_schema.sheet_keys)
+        self.allowed_keys = (*_COMMON_COLUMNS, *log_schema.run_sheet_keys)
         self.mistakes: list[str] = []
         self.decimal_mark = "."
         key_by_name = key_by_listed_name(settings)

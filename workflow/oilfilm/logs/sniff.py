@@ -95,9 +95,7 @@ def columns_by_quantity(
 # ---------------------------------------------------------------- logs
 
 VOCABULARY = TRACTION.vocabulary
-_WORD_VOCABULARY = WordVocabulary(
-    "traction", "columns", VOCABULARY.quantity_and_unit_of_project_name, ()
-)
+_WORD_VOCABULARY = WordVocabulary("traction", "columns", VOCABULARY.quantity_and_unit_of_column, ())
 # A signal is held at a level where its readings differ by less than this, relative or in K.
 _LARGEST_LEVEL_SPREAD = 0.05
 _LARGEST_LEVEL_SPREAD_C = 3.0
@@ -281,7 +279,7 @@ def _schema_without_demands(
         columns_of_campaign,
         no_problems,
         collect_run,
-        sheet_keys=(),
+        run_sheet_keys=(),
         find_unneeded_quantities=quantities_without_column,
     )
 

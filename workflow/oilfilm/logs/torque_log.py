@@ -21,7 +21,7 @@ from oilfilm.settings.campaign import Campaign, Torque
 from oilfilm.settings.resolved import Settings
 
 # Column name of the project, with its unit -> quantity and unit. Every log must have all of them.
-_QUANTITY_AND_UNIT_OF_PROJECT_NAME = {
+_QUANTITY_AND_UNIT_OF_COLUMN = {
     "time_s": ("time", "s"),
     "axial_load_n": ("axial_load", "N"),
     "inner_speed_rpm": ("inner_speed", "rpm"),
@@ -34,6 +34,7 @@ _QUANTITY_AND_UNIT_OF_PROJECT_NAME = {
 def _header_problems(
     text_of_key: Mapping[str, str], columns: Sequence[LoggedColumn], settings: Settings
 ) -> HeaderProblems:
+    """The problems of a header: unknown oil, other bearing, simulated log among measured ones."""
     yield unknown_name_problem("oil", text_of_key, settings.oils)
     bearing = torque_section(settings.campaign).bearing
     logged_bearing = text_of_key.get("bearing", bearing)
@@ -45,9 +46,12 @@ def _header_problems(
 
 
 def _make_run(log: UsableLog, settings: Settings) -> LoggedRun:
-    """The run of a log. Samples have `row` and the columns of the project; `rig` is the bearing."""
+    """The run of a log. Its samples have `row` and the columns of the project.
+
+    Its `rig_name` is the name of the bearing.
+    """
     samples: ColumnArrays = {"row": log.row_numbers}
-    for name, (quantity, _) in _QUANTITY_AND_UNIT_OF_PROJECT_NAME.items():
+    for name, (quantity, _) in _QUANTITY_AND_UNIT_OF_COLUMN.items():
         samples[name] = log.values_of_quantity[quantity]
     bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
@@ -76,13 +80,13 @@ TORQUE = LogSchema(
     Vocabulary(
         "torque",
         columns_key="torque: columns",
-        quantity_and_unit_of_project_name=_QUANTITY_AND_UNIT_OF_PROJECT_NAME,
+        quantity_and_unit_of_column=_QUANTITY_AND_UNIT_OF_COLUMN,
         required_quantities=tuple(
-            quantity for quantity, _ in _QUANTITY_AND_UNIT_OF_PROJECT_NAME.values()
+            quantity for quantity, _ in _QUANTITY_AND_UNIT_OF_COLUMN.values()
         ),
     ),
     _listed_columns,
     _header_problems,
     _make_run,
-    sheet_keys=("bearing",),
+    run_sheet_keys=("bearing",),
 )

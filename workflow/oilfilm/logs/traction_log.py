@@ -48,7 +48,7 @@ _SHARE_OF_READINGS = 0.9
 _FEWEST_READINGS = 5
 _LARGEST_DIFFERENCE_OF_SAME_SLIP = 0.002
 # Column name of the project, with its unit -> quantity and unit.
-_QUANTITY_AND_UNIT_OF_PROJECT_NAME = {
+_QUANTITY_AND_UNIT_OF_COLUMN = {
     "time_s": ("time", "s"),
     "load_n": ("load", "N"),
     "max_hertz_pressure_gpa": ("load", "GPa"),
@@ -481,7 +481,7 @@ TRACTION = LogSchema(
     Vocabulary(
         "traction",
         columns_key="columns",
-        quantity_and_unit_of_project_name=_QUANTITY_AND_UNIT_OF_PROJECT_NAME,
+        quantity_and_unit_of_column=_QUANTITY_AND_UNIT_OF_COLUMN,
         required_quantities=_REQUIRED_QUANTITIES,
         alternative_quantities=_SPEED_PAIRS,
         optional_quantities=(*_FORCES_OF_DIRECTIONS, _STATED_PRESSURE),
@@ -490,7 +490,7 @@ TRACTION = LogSchema(
     _listed_columns,
     _header_problems,
     _make_run,
-    sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
+    run_sheet_keys=("rig", "log_kind", *base.SET_POINT_KEYS),
     find_unneeded_quantities=_unneeded_quantities,
     find_rows_of_set_points=row_indices_of_set_points,
 )

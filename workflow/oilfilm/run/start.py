@@ -1,8 +1,9 @@
 """Checks of the machine before the first step of a run, and the lock of a folder.
 
-The lock allows one run at a time per folder. It is a lock of the operating system, which ends with
-its holders. The run and each of its jobs hold it, because a job may outlive a run that was killed.
-Snakemake's own lock is a file that a killed run leaves behind. So the profiles set `nolock`.
+The lock allows one run at a time per folder. It is a lock of the operating system. The system
+releases it when the last process that holds it ends. The run and each of its jobs hold the lock,
+because a job may outlive a run that was killed. Snakemake's own lock is a file, which remains after
+a run was killed. The profiles therefore set `nolock`.
 
 Decides: what a run needs of the machine; who keeps a second run out of a folder.
 """
@@ -26,8 +27,8 @@ from oilfilm.base.errors import OilfilmError
 # start scripts of packages contain double quotes.
 UNUSABLE_LETTERS = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
 _LOCK_NAME = "oilfilm.lock"
-# Faults of the machine, not of the program, with the advice.
-_FAULT_BY_ERRNO = {
+# Faults of the machine, not of the program, with the advice, by the number of the error.
+_FAULT_AND_ADVICE_BY_ERRNO = {
     errno.ENOSPC: "The disk is full. Make room on it",
     errno.EDQUOT: "The quota on this disk is used up. Make room",
     errno.EFBIG: "A file would be larger than is allowed here. Raise the limit (ulimit -f)",
@@ -40,7 +41,7 @@ _FAULT_BY_ERRNO = {
 
 def machine_fault(error: OSError) -> str:
     """A fault of the machine and the advice, as text; empty where the program is at fault."""
-    return _FAULT_BY_ERRNO.get(error.errno or 0, "")
+    return _FAULT_AND_ADVICE_BY_ERRNO.get(error.errno or 0, "")
 
 
 def check_machine(written_folders: Iterable[Path]) -> None:
@@ -70,18 +71,29 @@ def _check_writable(path: Path) -> None:
     existing_path = next(
         folder for folder in (path, *path.absolute().parents) if os.path.lexists(folder)
     )
+    if not existing_path.exists():
+        target = existing_path.readlink()
+        raise OilfilmError(
+            f"{existing_path}: is a link to {target}, which does not exist. Make the folder, or "
+            "remove the link."
+        )
     if not existing_path.is_dir():
         raise OilfilmError(f"{existing_path}: is a file, expected a folder. Move it.")
     if not os.access(existing_path, os.W_OK):
         is_read_only_disk = os.statvfs(existing_path).f_flag & os.ST_RDONLY
-        fault = errno.EROFS if is_read_only_disk else errno.EACCES
-        raise OilfilmError(f"{existing_path}: {_FAULT_BY_ERRNO[fault]}.")
+        error_number = errno.EROFS if is_read_only_disk else errno.EACCES
+        raise OilfilmError(f"{existing_path}: {_FAULT_AND_ADVICE_BY_ERRNO[error_number]}.")
     if not shutil.disk_usage(existing_path).free:
-        raise OilfilmError(f"{existing_path}: {_FAULT_BY_ERRNO[errno.ENOSPC]}.")
+        raise OilfilmError(f"{existing_path}: {_FAULT_AND_ADVICE_BY_ERRNO[errno.ENOSPC]}.")
 
 
 def check_image(image: str) -> None:
-    """Refuse to run steps in an image that is not here; Apptainer would refuse each step by itself.
+    """Refuse to run steps in a container image that does not exist.
+
+    Without this check Apptainer would refuse each step by itself.
+
+    Args:
+        image: File or address of the container image; `none` where steps run without a container.
 
     Raises:
         OilfilmError: The image is a file that does not exist.
@@ -93,7 +105,7 @@ def check_image(image: str) -> None:
         )
 
 
-def start_python_by_name() -> None:
+def make_python_findable_by_name() -> None:
     """Make Snakemake find this Python through PATH where its own path would need quotes.
 
     Snakemake writes `sys.executable` without quotes into the commands of its jobs.
@@ -128,6 +140,9 @@ def lock_run(snakemake_folder: Path) -> None:
     with _open_lock(snakemake_folder) as file:
         try:
             fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            # From now on the jobs of this run hold the lock too. The change is not atomic: if
+            # another run takes the lock in between, this one gives up.
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
         except BlockingIOError:
             raise OilfilmError(
                 f"Another run is active in {snakemake_folder.absolute().parent}, or a job of one "
@@ -136,7 +151,6 @@ def lock_run(snakemake_folder: Path) -> None:
             ) from None
         except OSError:  # a file system without such locks
             return
-        fcntl.flock(file, fcntl.LOCK_SH)  # from now on its jobs hold it too
         os.dup(file.fileno())  # never closed
 
 

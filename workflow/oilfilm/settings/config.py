@@ -187,9 +187,9 @@ class FitSettings(Group):
 
     law: LawOfConditions = key("Traction law that is fitted.")
     searches: int = key("Independent global searches, each from its own seed.", ge=2)
-    population: int = key("Candidates of a search (differential evolution).", ge=8)
+    population: int = key("Members of the population of a search (differential evolution).", ge=8)
     generations: int = key("Generations of a search.", ge=1)
-    polished: int = key("Members of the population that are polished.", ge=1)
+    polished: int = key("Members of the population from which descents to an optimum start.", ge=1)
     agreement_sse: q.Tolerance = key("Relative difference of SSE between searches that agree.")
     agreement_constants: q.Positive = key("The same of constants, in naive standard errors.")
     gradient_cosine_max: q.Tolerance = key("Largest gradient cosine at an optimum.")

@@ -102,7 +102,7 @@ def _starts(law: Law) -> list[FloatArray]:
         constants = []
         for constant in law.constants:
             if constant.condition is None:
-                lowest = max(constant.lower, constant.start_lower)
+                lowest = max(constant.lower, constant.smallest_start)
                 constants.append(random_generator.uniform(lowest, constant.upper))
             else:
                 constants.append(

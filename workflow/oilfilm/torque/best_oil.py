@@ -73,7 +73,7 @@ def certain_and_possible_full_film(
 def index_of_best_oil(
     slip: FloatArray, torque: FloatArray, has_film: BoolArray, slip_limit: float
 ) -> IndexArray:
-    """Index of the best oil of those with an equilibrium; -1 where none has enough film.
+    """Index of the best oil of those with enough film and an equilibrium; -1 where there is none.
 
     Args:
         slip: Cage slip, shape (oils, ...); NaN without an equilibrium.
@@ -94,19 +94,22 @@ class BestOil:
     """The best oil of operating points; each attribute has the shape of the points.
 
     Attributes:
-        oil_index: Index of the best oil by `index_of_best_oil`, if the unknown films are too thin.
-        lacks_equilibrium: True where an oil that may have enough film has no equilibrium.
-        lacks_film: True where another oil would be best if the unknown films were thick enough.
+        oil_index: Index of the best oil by `index_of_best_oil`. Films that are not known count as
+            too thin.
+        hinges_on_missing_equilibrium: True where an oil that may have enough film has no
+            equilibrium.
+        hinges_on_unknown_film: True where another oil would be best if the unknown films were thick
+            enough.
     """
 
     oil_index: IndexArray
-    lacks_equilibrium: BoolArray
-    lacks_film: BoolArray
+    hinges_on_missing_equilibrium: BoolArray
+    hinges_on_unknown_film: BoolArray
 
     @property
     def is_known(self) -> BoolArray:
         """True where no unknown equilibrium or film can change the best oil."""
-        return ~(self.lacks_equilibrium | self.lacks_film)
+        return ~(self.hinges_on_missing_equilibrium | self.hinges_on_unknown_film)
 
 
 def find_best_oil(
@@ -131,8 +134,8 @@ def find_best_oil(
     without_equilibrium = may_have_film & ~np.isfinite(slip)
     return BestOil(
         oil_index=best_oil_index,
-        lacks_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
-        lacks_film=np.asarray(best_index_with_unknown_films != best_oil_index),
+        hinges_on_missing_equilibrium=np.asarray(without_equilibrium.any(axis=0)),
+        hinges_on_unknown_film=np.asarray(best_index_with_unknown_films != best_oil_index),
     )
 
 
@@ -160,8 +163,8 @@ def best_shares(
 ) -> dict[str, FloatArray | IndexArray]:
     """Share of the draws in which each oil is the best oil of its operating point.
 
-    A draw has the same drag, bearing and traction rig for all oils. A draw in which the best oil is
-    not known counts for no oil.
+    The draws sample what is uncertain. All oils of a draw have the same drag, bearing and traction
+    rig. Draws in which the best oil is not known are left out.
 
     Args:
         draws: Torque, cage slip and lambda, shape (3, draws, oil_count * points). All points of an
@@ -179,16 +182,16 @@ def best_shares(
     torque, slip, lambda_ratio = draws_by_oil.swapaxes(1, 2)
     best = find_best_oil(slip, torque, lambda_ratio, slip_limit, lambda_limit)
     answered_draw_count = best.is_known.sum(axis=0)
-    draws_with_best_oil = np.array(
+    best_draw_count = np.array(
         [
             (best.is_known & (best.oil_index == oil_index)).sum(axis=0)
             for oil_index in range(oil_count)
         ]
     )
     shares = np.divide(
-        draws_with_best_oil,
+        best_draw_count,
         answered_draw_count,
-        out=np.full(draws_with_best_oil.shape, np.nan),
+        out=np.full(best_draw_count.shape, np.nan),
         where=answered_draw_count > 0,
     )
     return {
@@ -206,17 +209,19 @@ def certainty_of_best_oil(cage_slip_table: pd.DataFrame, share: float) -> pd.Dat
         share: Smallest share of all draws in which the oil must be best.
 
     Returns:
-        One row per operating point. `surely` is true if one oil reaches the share without the draws
-        that have no answer. `perhaps` is true if it depends on these draws. The other columns are
-        `draws_answered` and `draws_unanswered`.
+        One row per operating point, which is the index. `surely` is true if one oil reaches the
+        share even if it is not best in any draw without an answer. `perhaps` is true if these draws
+        decide. The other columns are `draws_answered`, `draws_unanswered` and `best_share`, the
+        largest share of an oil in the draws with an answer.
     """
     draw_columns = ["best_share", "draws_answered", "draws_unanswered"]
-    draws_of_point = cage_slip_table.groupby(OPERATING_POINT_COLUMNS, sort=False)[
+    # the largest share of a point is that of its best oil; all its oils have as many draws
+    largest_of_point = cage_slip_table.groupby(OPERATING_POINT_COLUMNS, sort=False)[
         draw_columns
     ].max()
-    answered, unanswered = draws_of_point["draws_answered"], draws_of_point["draws_unanswered"]
-    best_draws = draws_of_point["best_share"].fillna(0.0) * answered
+    answered, unanswered = largest_of_point["draws_answered"], largest_of_point["draws_unanswered"]
+    best_draws = largest_of_point["best_share"].fillna(0.0) * answered
     needed_draws = share * (answered + unanswered)
     surely = reaches(best_draws, needed_draws)
     perhaps = ~surely & reaches(best_draws + unanswered, needed_draws)
-    return draws_of_point.assign(surely=surely, perhaps=perhaps)
+    return largest_of_point.assign(surely=surely, perhaps=perhaps)

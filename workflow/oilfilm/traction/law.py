@@ -99,7 +99,8 @@ class Constant:
         sign: Sign of X0; 0 for an exponent.
         condition: Group of the exponent; None for X0.
         prescribed: Value of an exponent that the law prescribes, so that it is not fitted.
-        start_lower: Smallest internal value at which a search starts.
+        smallest_start: Smallest internal value at which a search starts, as
+            `Coefficient.smallest_start`; not limited for an exponent.
     """
 
     name: str
@@ -108,7 +109,7 @@ class Constant:
     sign: int = 0
     condition: str | None = None
     prescribed: float | None = None
-    start_lower: float = -np.inf
+    smallest_start: float = -np.inf
 
 
 @dataclass(frozen=True)
@@ -312,7 +313,7 @@ class Law:
                     lower=lower,
                     upper=upper,
                     sign=coefficient.sign,
-                    start_lower=np.log(coefficient.smallest_start or coefficient.smallest),
+                    smallest_start=np.log(coefficient.smallest_start or coefficient.smallest),
                 )
             )
             exponents = coefficient.exponents or (None,) * len(self.groups)

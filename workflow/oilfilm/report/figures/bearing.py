@@ -12,7 +12,7 @@ from matplotlib.patches import Patch
 
 from oilfilm.base.ties import exceeds
 from oilfilm.report.figures import style
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
+from oilfilm.report.figures.sheet import Panel, Sheet, declare_figure, oil_grid
 from oilfilm.report.names import load_variable_in_words
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -44,7 +44,9 @@ _NO_LAW = "No oil has a law that a bearing could use."
 _PRESSURE, _SPEED, _TEMPERATURE = CONDITIONS
 
 
-@register(family="bearing", tables=("torque",), settings=("oils", "figures"), requires="torque")
+@declare_figure(
+    family="bearing", tables=("torque",), settings=("oils", "figures"), requires="torque"
+)
 def torque(results: CampaignTables, settings: Settings) -> Sheet:
     """Friction torque of the bearing.
 
@@ -74,11 +76,11 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
         rows = torque_rows[torque_rows["oil"] == oil]
         if law_name:
             _draw_errors(panel, rows[rows["load_variable"] == law_name], looks)
-            panel.axis.set_ylim(lowest, highest)
+            panel.axes.set_ylim(lowest, highest)
         else:
             _draw_torque(panel, rows[rows["load_variable"] == "stress"], looks)
-    for index, axis in enumerate(sheet.axes):
-        axis.set_ylabel("Friction torque (N m)" if index < len(panels) / 3 else "Error (%)")
+    for index, axes in enumerate(sheet.axes_of_panels):
+        axes.set_ylabel("Friction torque (N m)" if index < len(panels) / 3 else "Error (%)")
     sheet.label_axes(style.SPEED_LABEL, fontsize=7)
     look_of_load = {load: look for (load, _), look in looks.items()}
     handles: list[Any] = [
@@ -145,14 +147,14 @@ def _draw_torque(
         ends = {"lower": measured - half_bar, "upper": measured + half_bar}
         panel.dots("measured", rows_of_set_point["speed"], measured, dot_look, **details, **ends)
     _draw_motions(panel, torque_rows, "speed", "torque_n_m")
-    panel.axis.set_ylim(bottom=0)
+    panel.axes.set_ylim(bottom=0)
 
 
 def _draw_errors(
     panel: Panel, torque_rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
 ) -> None:
     """Draw the error of the torque by one law, with its interval, side by side at each speed."""
-    panel.axis.axhline(0, color="black", linewidth=0.6)
+    panel.axes.axhline(0, color="black", linewidth=0.6)
     gaps = np.diff(np.unique(torque_rows["speed"].round(1)))
     step = gaps.min() / (len(looks) + 2) if len(gaps) else 0.0
     for series_index, ((load_n, temperature_c), look) in enumerate(looks.items()):
@@ -222,8 +224,8 @@ def _draw_motions(panel: Panel, rows: pd.DataFrame, x_column: str, y_column: str
     """
     bistable = rows[is_bistable(rows)]
     not_known = rows[rows["bistable"].isna()]
-    panel.axis.plot(bistable[x_column], bistable[y_column], **_BISTABLE)
-    panel.axis.plot(not_known[x_column], not_known[y_column], **_NOT_KNOWN)
+    panel.axes.plot(bistable[x_column], bistable[y_column], **_BISTABLE)
+    panel.axes.plot(not_known[x_column], not_known[y_column], **_NOT_KNOWN)
 
 
 def _motion_handles(rows: pd.DataFrame) -> list[Any]:
@@ -242,7 +244,9 @@ def _motion_labels(rows: pd.DataFrame, *, two_motions: str, one_motion: str) -> 
     return labels.where(rows["bistable"].notna(), f"{one_motion}, perhaps bistable")
 
 
-@register(family="bearing", tables=("cage_slip",), settings=("oils", "bearing"), requires="torque")
+@declare_figure(
+    family="bearing", tables=("cage_slip",), settings=("oils", "bearing"), requires="torque"
+)
 def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     """Cage slip.
 
@@ -258,8 +262,8 @@ def cage_slip(results: CampaignTables, settings: Settings) -> Sheet:
     pressure_limits = settings.bearing.pressure_limits_gpa
     drawn_pressures: set[float] = set()
     sheet, panels = oil_grid(style.oils_in(slip_map, settings), _NO_LAW, height=1.7, right=0.75)
-    sheet.axes[0].set_yscale("log")
-    sheet.axes[0].yaxis.set_major_formatter("{x:g}")
+    sheet.axes_of_panels[0].set_yscale("log")
+    sheet.axes_of_panels[0].yaxis.set_major_formatter("{x:g}")
     for panel, _, oil in panels:
         coloured_cells = _draw_slip(panel, slip_map[slip_map["oil"] == oil], oil, slip_limit)
         pressures = _draw_pressures(panel, slip_map[slip_map["oil"] == oil], pressure_limits)
@@ -296,7 +300,7 @@ def _draw_pressures(
     pressure_gpa = np.ma.masked_invalid(pressure_map.to_numpy())
     for limit_gpa in limits_gpa:
         if pressure_gpa.min() < limit_gpa < pressure_gpa.max():
-            panel.axis.contour(
+            panel.axes.contour(
                 pressure_map.columns,
                 pressure_map.index,
                 pressure_gpa,
@@ -319,24 +323,24 @@ def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, slip_limit: fl
     Returns:
         The coloured cells, for the colour bar.
     """
-    axis = panel.axis
+    axes = panel.axes
     maps = rows_of_oil.pivot(index="load_kn", columns="speed")
     slip = np.ma.masked_invalid(maps["cage_slip"].to_numpy())
     lower = np.ma.masked_invalid(maps["cage_slip_lower"].to_numpy())
     upper = np.ma.masked_invalid(maps["cage_slip_upper"].to_numpy())
     speed = maps["cage_slip"].columns.to_numpy()
     load_kn = maps.index.to_numpy()
-    speed_edges = style.cell_edges(speed, axis.get_xscale())
-    load_edges = style.cell_edges(load_kn, axis.get_yscale())
+    speed_edges = style.cell_edges(speed, axes.get_xscale())
+    load_edges = style.cell_edges(load_kn, axes.get_yscale())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
-    cells = axis.pcolormesh(speed_edges, load_edges, slip, cmap="cividis_r", norm=norm)
+    cells = axes.pcolormesh(speed_edges, load_edges, slip, cmap="cividis_r", norm=norm)
     full: style.Look = {"linewidths": 1.1}
     dashed: style.Look = {"linewidths": 0.8, "linestyles": "--"}
     for field, look in ((slip, full), (lower, dashed), (upper, dashed)):
         if field.count():
-            axis.contour(speed, load_kn, field, [slip_limit], colors="black", **look)
+            axes.contour(speed, load_kn, field, [slip_limit], colors="black", **look)
     _draw_motions(panel, rows_of_oil, "speed", "load_kn")
-    axis.grid(False)
+    axes.grid(False)
     panel.record(
         _motion_labels(rows_of_oil, two_motions="bistable", one_motion="cell"),
         rows_of_oil["speed"],
@@ -349,7 +353,7 @@ def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, slip_limit: fl
     return cells
 
 
-@register(family="bearing", tables=("size_effect",), settings=("oils",), requires="torque")
+@declare_figure(family="bearing", tables=("size_effect",), settings=("oils",), requires="torque")
 def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     """Size effect of laws of load.
 
@@ -376,13 +380,13 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
             look: style.Look = {"color": style.oil_colour(oil, oils)}
             look.update(_LOOK_OF_LOAD_VARIABLE[variable])
             panel.line(variable, series[column], 100 * series["relative_to_stress"], look, oil=oil)
-        panel.axis.axhline(0, color="black", linewidth=0.6)
-        panel.axis.set(
+        panel.axes.axhline(0, color="black", linewidth=0.6)
+        panel.axes.set(
             xlabel=label, ylabel="Traction torque above that\nof the pressure-based law (%)"
         )
         if effects.empty:
             panel.write_message(_NO_LAW, fontsize=6)
-    sheet.axes[1].yaxis.label.set_visible(False)
+    sheet.axes_of_panels[1].yaxis.label.set_visible(False)
     grey: style.Look = {"color": style.GREY, "linewidth": 0.9}
     laws = [
         style.line_handle(load_variable_in_words(variable), **grey, **look)
@@ -392,7 +396,9 @@ def size_effect(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-@register(family="bearing", tables=("test_plan", "points"), settings=("oils",), requires="torque")
+@declare_figure(
+    family="bearing", tables=("test_plan", "points"), settings=("oils",), requires="torque"
+)
 def plan(results: CampaignTables, settings: Settings) -> Sheet:
     """Tests to run next.
 
@@ -423,7 +429,7 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
         width=style.DOUBLE_COLUMN_IN,
     )
     for panel, y_column, oil in panels:
-        panel.axis.set_ylabel(style.CONDITION_LABELS[y_column], fontsize=7)
+        panel.axes.set_ylabel(style.CONDITION_LABELS[y_column], fontsize=7)
         tests_of_oil = tests[tests["oil"] == oil]
         runs_of_oil = runs[runs["oil"] == oil]
         cells = _draw_plan(panel, tests_of_oil, runs_of_oil, y_column, tests["reduction"].max())
@@ -458,7 +464,7 @@ def _draw_plan(
     """
     best_tests = tests.loc[tests.groupby([_SPEED, y_column])["uncertainty_with_test"].idxmin()]
     reduction_map = best_tests.pivot(index=y_column, columns=_SPEED, values="reduction")
-    cells = panel.axis.pcolormesh(
+    cells = panel.axes.pcolormesh(
         style.cell_edges(reduction_map.columns.to_numpy(dtype=float), "linear"),
         style.cell_edges(reduction_map.index.to_numpy(dtype=float), "linear"),
         np.ma.masked_invalid(reduction_map.to_numpy(dtype=float)),
@@ -481,7 +487,7 @@ def _draw_plan(
         # three numbers side by side would cover the neighbouring cells
         separator = ", " if len(tests_of_cell) < 3 else "\n"
         order_text = separator.join(tests_of_cell["test_order"].astype(str))
-        panel.axis.annotate(order_text, (speed_m_s, level), **number_look)
+        panel.axes.annotate(order_text, (speed_m_s, level), **number_look)
     panel.record("chosen", chosen[_SPEED], chosen[y_column], value=chosen["test_order"], oil=oil)
-    panel.axis.grid(False)
+    panel.axes.grid(False)
     return cells

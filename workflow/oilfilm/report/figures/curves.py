@@ -11,7 +11,7 @@ from matplotlib.ticker import MaxNLocator
 from oilfilm.base.units import IndexArray
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.report.figures import style
-from oilfilm.report.figures.sheet import Panel, Sheet, oil_grid, register
+from oilfilm.report.figures.sheet import Panel, Sheet, declare_figure, oil_grid
 from oilfilm.report.names import CONDITION_TEXTS
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -83,7 +83,7 @@ def draw_curves(panel: Panel, curves: Iterable[CurveInPanel]) -> None:
         panel.write_message(NO_POINT_MESSAGE)
 
 
-@register(
+@declare_figure(
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -118,11 +118,11 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
             draw_curves(panel, _curves_at_conditions(oil, fitted, points, labels, colour))
         else:
             _draw_cloud(panel, oil, fitted, points, labels, colour)
-        panel.axis.legend(loc="upper left", fontsize=6)
+        panel.axes.legend(loc="upper left", fontsize=6)
     if sheet.drawn_parts:
         # all panels have one scale; room for the legends
-        bottom, top = sheet.axes[0].get_ylim()
-        sheet.axes[0].set_ylim(bottom, top + 0.18 * (top - bottom))
+        bottom, top = sheet.axes_of_panels[0].get_ylim()
+        sheet.axes_of_panels[0].set_ylim(bottom, top + 0.18 * (top - bottom))
     sheet.label_axes(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     return sheet
 
@@ -229,7 +229,7 @@ def _draw_cloud(
     if len(drawn_points) < len(points):
         count_text = f"{len(drawn_points)} of {len(points)}"
     # the legend has a larger dot
-    panel.axis.plot([], [], ".", color=colour, markersize=5, label=f"points ({count_text})")
+    panel.axes.plot([], [], ".", color=colour, markersize=5, label=f"points ({count_text})")
     drawn_indices = _evenly_chosen(len(labels), _MOST_FITS_DRAWN)
     line_look: style.Look = {"color": "black"}
     if len(labels) <= _MOST_CONDITIONS_TOLD_APART:
@@ -245,10 +245,10 @@ def _draw_cloud(
     label = "fit"
     if len(drawn_indices) < len(labels):
         label = f"fit ({len(drawn_indices)} of {len(labels)} conditions)"
-    panel.axis.plot([], [], color="black", label=label)
+    panel.axes.plot([], [], color="black", label=label)
 
 
-@register(
+@declare_figure(
     family="data",
     tables=("points", "runs", "coefficients"),
     settings=("oils", "rigs", "same_set_point", "campaign.matrix"),
@@ -277,8 +277,8 @@ def residuals(results: CampaignTables, settings: Settings) -> Sheet:
             note_on_drawn = f" (at most {_MOST_RUNS_DRAWN} runs per oil)"
         for column_index, (condition, (symbol, _, unit)) in enumerate(CONDITION_TEXTS.items()):
             panel = sheet.panel(row_index * column_count + column_index)
-            panel.axis.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
-            panel.axis.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
+            panel.axes.set_xlabel(f"{symbol} ({unit})" if unit else f"|{symbol}|")
+            panel.axes.set_ylabel(f"{oil}: {delta_mu}", fontsize=7)
             if points is None or drawn_points is None:
                 panel.write_message("no fit")
             elif points[condition].isna().all():
@@ -314,7 +314,7 @@ def _draw_residuals(
     dot_look: style.Look = {"alpha": 0.25, "markersize": 1.2, "rasterized": True, "marker": "."}
     dot_look["color"] = colour
     panel.dots("point", drawn_points[condition], drawn_points["residual"], dot_look, oil=oil)
-    panel.axis.axhline(0, color="black", linewidth=0.6)
+    panel.axes.axhline(0, color="black", linewidth=0.6)
     groups = points.groupby(_levels_of_points(points, condition), observed=True)
     means = groups.agg(x=(condition, "mean"), y=("residual", "mean"), sd=("residual", "std"))
     level_means, residual_means, deviations = means.to_numpy().T
@@ -374,7 +374,7 @@ _PRESSURE = "nominal_max_hertz_pressure_gpa"
 _LOAD = "nominal_load_n"
 
 
-@register(family="data", tables=("coverage", "points"), settings=("oils",))
+@declare_figure(family="data", tables=("coverage", "points"), settings=("oils",))
 def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     """Coverage of the test matrix.
 
@@ -406,7 +406,7 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     )
     for panel, level, oil in panels:
         cells_of_panel = cells[(cells["oil"] == oil) & (cells[load_column] == level)]
-        panel.axis.margins(0.15)
+        panel.axes.margins(0.15)
         for state, cells_of_state in cells_of_panel.groupby("state"):
             _draw_state(panel, str(state), cells_of_state, oil)
     sheet.label_axes("U (m/s)", "T (\N{DEGREE SIGN}C)", fontsize=7)
@@ -440,8 +440,8 @@ def _measured_coverage(results: CampaignTables, settings: Settings) -> Sheet:
         height=1.6,
     )
     for panel, _, oil in panels:
-        panel.axis.margins(0.15)
-        panel.axis.xaxis.set_major_locator(MaxNLocator(4))  # speeds of slow rigs have many decimals
+        panel.axes.margins(0.15)
+        panel.axes.xaxis.set_major_locator(MaxNLocator(4))  # speeds of slow rigs have many decimals
         for state, runs_of_state in means[means["oil"] == oil].groupby("state"):
             look = _symbol(str(state))
             look["markersize"] = 3.0
@@ -470,7 +470,7 @@ def _draw_state(panel: Panel, state: str, cells: pd.DataFrame, oil: str) -> None
     panel.dots(state, speed, temperature, look, oil=oil, label=labels)
     label_look: style.Look = {"xytext": (3, -2), "textcoords": "offset points", "fontsize": 6}
     for index in labels.index[labels != ""]:
-        panel.axis.annotate(labels[index], (speed[index], temperature[index]), **label_look)
+        panel.axes.annotate(labels[index], (speed[index], temperature[index]), **label_look)
 
 
 def _symbol(state: str) -> style.Look:

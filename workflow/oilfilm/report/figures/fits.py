@@ -29,8 +29,8 @@ from oilfilm.report.figures.sheet import (
     NothingToDrawError,
     Panel,
     Sheet,
+    declare_figure,
     oil_grid,
-    register,
     table_page,
 )
 from oilfilm.report.names import law_title
@@ -50,7 +50,7 @@ _LOOK_OF_ERROR: dict[str, style.Look] = {
 }
 
 
-@register(family="law", tables=("coefficients",), settings=("oils",))
+@declare_figure(family="law", tables=("coefficients",), settings=("oils",))
 def constants(results: CampaignTables, settings: Settings) -> Sheet:
     """Fitted constants.
 
@@ -93,7 +93,7 @@ def draw_constants(coefficients: pd.DataFrame, oils: Sequence[str], note: str = 
         write(
             left_edge + 0.53 * oil_share,
             f"{oil}\n",
-            [],
+            [""] * len(shown_constants),
             ha="center",
             color=colour,
             fontweight="bold",
@@ -159,7 +159,7 @@ def _columns_of_oil(coefficients: pd.DataFrame) -> list[tuple[float, str, list[s
     ]
 
 
-@register(family="law", tables=("correlations",), settings=("oils",))
+@declare_figure(family="law", tables=("correlations",), settings=("oils",))
 def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
     """Identifiability of the constants.
 
@@ -185,18 +185,18 @@ def identifiability(results: CampaignTables, settings: Settings) -> Sheet:
         correlation_matrix = correlation_map.reindex(index=names, columns=names).to_numpy(
             dtype=float
         )
-        image = panel.axis.imshow(correlation_matrix, cmap="PuOr", vmin=-1, vmax=1)
-        panel.axis.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
-        panel.axis.set_yticks(range(len(names)), names, fontsize=6)
-        panel.axis.grid(False)
-        panel.axis.tick_params(length=0)
+        image = panel.axes.imshow(correlation_matrix, cmap="PuOr", vmin=-1, vmax=1)
+        panel.axes.set_xticks(range(len(names)), names, rotation=90, fontsize=6)
+        panel.axes.set_yticks(range(len(names)), names, fontsize=6)
+        panel.axes.grid(False)
+        panel.axes.tick_params(length=0)
         labels = pairs["constant"] + ", " + pairs["other"]
         panel.record("correlation", np.nan, oil=oil, label=labels, value=pairs["correlation"])
     sheet.colour_bar(image, "Correlation")
     return sheet
 
 
-@register(family="law", tables=("fit_quality",), settings=("oils",))
+@declare_figure(family="law", tables=("fit_quality",), settings=("oils",))
 def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     """Errors of the laws.
 
@@ -218,15 +218,15 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
         oils_from_middle = oils.index(fit_row["oil"]) - (len(oils) - 1) / 2
         y = laws.index(fit_row["law"]) + oils_from_middle * distance_of_oils
         _draw_errors(panel, fit_row, y, oils)
-    axis = panel.axis
-    axis.set_yticks(range(len(laws)), map(law_title, laws))
-    axis.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
-    axis.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+    axes = panel.axes
+    axes.set_yticks(range(len(laws)), map(law_title, laws))
+    axes.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
+    axes.xaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
     # decimals as each level needs them: 0.2 %, 100 %
-    axis.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
-    axis.xaxis.set_minor_formatter(NullFormatter())
-    axis.grid(visible=False, axis="y")
-    axis.set_xlabel(f"Rms error over rms of measured {style.MU}")
+    axes.xaxis.set_major_formatter(lambda value, _: f"{100 * value:.3g}%")
+    axes.xaxis.set_minor_formatter(NullFormatter())
+    axes.grid(visible=False, axis="y")
+    axes.set_xlabel(f"Rms error over rms of measured {style.MU}")
     white: style.Look = {"color": "black", "markerfacecolor": "white", "linestyle": ""}
     kinds = [style.line_handle(kind, **white, **look) for kind, look in _LOOK_OF_ERROR.items()]
     sheet.legend([*style.oil_patches(style.oils_in(compared, settings), oils), *kinds])
@@ -277,7 +277,7 @@ def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Seque
     all_errors = np.concatenate(list(errors_of_kind.values()))
     colour = style.oil_colour(oil, oils)
     ends_of_line = [np.nanmin(all_errors), np.nanmax(all_errors)]
-    panel.axis.plot(ends_of_line, [y, y], color=colour, linewidth=0.6)
+    panel.axes.plot(ends_of_line, [y, y], color=colour, linewidth=0.6)
     label = fit_row["law"] if fit_row["certified"] else f"{fit_row['law']}, not certified"
     for kind, errors in errors_of_kind.items():
         known_errors = errors[~np.isnan(errors)]
@@ -319,7 +319,7 @@ _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
 _FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
 
 
-@register(
+@declare_figure(
     family="law",
     tables=("coefficients", "fit_quality"),
     settings=("figures", "film", "gates", "oils", "rigs"),
@@ -364,20 +364,20 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     level_lines: style.Look = {"colors": "white", "linewidths": 0.4}
     handle_by_label: dict[str, Any] = {}
     for panel, (pressure_index, pressure_gpa), oil in panels:
-        panel.axis.set(xscale="log", yscale="log")
+        panel.axes.set(xscale="log", yscale="log")
         mu = mu_of_oil[oil][pressure_index, :, 0].T
         lambda_ratio = np.full_like(mu, np.nan)
         if oil in lambda_of_oil:
             lambda_ratio = lambda_of_oil[oil][pressure_index, :, 0].T
-        image = panel.axis.contourf(speed, slip, mu, mu_levels, **colours)
-        lines_of_levels = panel.axis.contour(speed, slip, mu, mu_levels, **level_lines)
-        panel.axis.clabel(lines_of_levels, fmt="%g", fontsize=5)
+        image = panel.axes.contourf(speed, slip, mu, mu_levels, **colours)
+        lines_of_levels = panel.axes.contour(speed, slip, mu, mu_levels, **level_lines)
+        panel.axes.clabel(lines_of_levels, fmt="%g", fontsize=5)
         stress_limit = fit_by_oil[oil].coefficients.limiting_stress_ratio
         for label, values, level, dashes, width in (
             ("limiting shear stress", mu, stress_limit, ":", 1.6),
             (f"{style.LAMBDA} = {lambda_limit:g}", lambda_ratio, lambda_limit, "--", 0.9),
         ):
-            contour = panel.axis.contour(
+            contour = panel.axes.contour(
                 speed, slip, values, [level], colors="black", linestyles=dashes, linewidths=width
             )
             if any(len(path) for path in contour.get_paths()):
@@ -385,14 +385,14 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
                     label, color="black", linestyle=dashes, linewidth=width
                 )
         _draw_tested_frame(panel, fit_by_oil[oil], pressure_gpa, temperature_c)
-        panel.axis.grid(False)
+        panel.axes.grid(False)
         for series_name, values in (("mu", mu), ("lambda", lambda_ratio)):
             panel.record(
                 series_name, speed_mesh.ravel(), slip_mesh.ravel(), oil=oil, value=values.ravel()
             )
-    style.log_ticks(sheet.axes[0].xaxis, _SPEED_TICKS)
-    style.log_ticks(sheet.axes[0].yaxis, _SLIP_TICKS)
-    sheet.axes[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
+    style.log_ticks(sheet.axes_of_panels[0].xaxis, _SPEED_TICKS)
+    style.log_ticks(sheet.axes_of_panels[0].yaxis, _SLIP_TICKS)
+    sheet.axes_of_panels[0].set(xlim=(speed[0], speed[-1]), ylim=(slip[0], slip[-1]))
     sheet.label_axes("U (m/s)", style.CONDITION_LABELS["slide_roll_ratio"])
     bar = sheet.colour_bar(image, style.TRACTION_LABEL, ticks=mu_levels)
     bar.yaxis.set_major_formatter("{x:g}")
@@ -423,10 +423,10 @@ def _draw_tested_frame(
     temperature_tested = temperatures[0] - 1 <= temperature_c <= temperatures[1] + 1
     if pressure_tested and temperature_tested:
         # an axis of logarithms has no zero: the frame begins at its lower end
-        lower_end, _ = panel.axis.get_ylim()
+        lower_end, _ = panel.axes.get_ylim()
         width = speeds[1] - speeds[0]
         height = slips[1] - lower_end
-        panel.axis.add_patch(Rectangle((speeds[0], lower_end), width, height, **_TESTED_FRAME))
+        panel.axes.add_patch(Rectangle((speeds[0], lower_end), width, height, **_TESTED_FRAME))
 
 
 def _levels_up_to(highest: float) -> FloatArray:
@@ -438,7 +438,7 @@ def _levels_up_to(highest: float) -> FloatArray:
     return levels[first_index : last_index + 1]
 
 
-@register(family="data", tables=("points", "runs"), settings=("figures", "gates", "oils"))
+@declare_figure(family="data", tables=("points", "runs"), settings=("figures", "gates", "oils"))
 def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     """Traction against film thickness.
 
@@ -470,7 +470,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                 by_speed = line.sort_values("entrainment_speed_m_s")
                 lambda_ratio = by_speed["lambda_ratio"]
                 mu = by_speed["traction_coefficient"].abs()
-                panel.axis.plot(lambda_ratio, mu, marker="o", markersize=2.5, **look)
+                panel.axes.plot(lambda_ratio, mu, marker="o", markersize=2.5, **look)
                 panel.record(
                     "measured",
                     lambda_ratio,
@@ -481,7 +481,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                 )
                 if pressure == pressures[-1]:
                     # to the left of the highest pressure nothing else is drawn
-                    panel.axis.annotate(
+                    panel.axes.annotate(
                         f"{temperature:.0f} °C",
                         (lambda_ratio.iloc[0], mu.iloc[0]),
                         (-3, 0),
@@ -491,12 +491,12 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                         va="center",
                         bbox={"color": "white", "pad": 0.3},
                     )
-        panel.axis.set_xscale("log")
-        style.log_ticks(panel.axis.xaxis, _FILM_TICKS)
-        panel.axis.axvline(limit, color="black", linestyle="--")
-    sheet.axes[0].set_ylim(bottom=0)
+        panel.axes.set_xscale("log")
+        style.log_ticks(panel.axes.xaxis, _FILM_TICKS)
+        panel.axes.axvline(limit, color="black", linestyle="--")
+    sheet.axes_of_panels[0].set_ylim(bottom=0)
     # room for the temperatures at the left
-    sheet.axes[0].set_xlim(left=0.6 * min(limit, points["lambda_ratio"].min()))
+    sheet.axes_of_panels[0].set_xlim(left=0.6 * min(limit, points["lambda_ratio"].min()))
     sheet.label_axes(style.LAMBDA, f"{style.MU} at S = {level:g}")
     handles = [
         style.line_handle(f"P = {pressure:.3g} GPa", color=colours[pressure])
@@ -541,7 +541,7 @@ def _points_near_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataF
     return near.loc[near.groupby("run_id")["distance"].idxmin()]
 
 
-@register(
+@declare_figure(
     family="data",
     tables=("points", "coefficients", "fit_quality"),
     settings=("figures", "oils", "rigs"),
@@ -592,9 +592,9 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
             isothermal_mu = corrected["traction_coefficient"].abs()
             rise_k = corrected["rise_k"]
             panel.dots("isothermal", slip, isothermal_mu, filled, value=rise_k, **details)
-        if not panel.axis.lines:
+        if not panel.axes.lines:
             panel.write_message("no accepted point here\n(config: figures, isothermal)")
-    sheet.axes[0].set(xlim=(0, None), ylim=(0, None))
+    sheet.axes_of_panels[0].set(xlim=(0, None), ylim=(0, None))
     sheet.label_axes(style.CONDITION_LABELS["slide_roll_ratio"], style.TRACTION_LABEL)
     grey: style.Look = {"color": style.GREY}
     handles = [

@@ -237,18 +237,22 @@ def draw_page(
     refused_times = _time_range(signals, entry["first_row"], entry["last_row"])
     for index, (name, label) in enumerate(kind.shown_signals.items()):
         panel = sheet.panel(index, title=None)
-        panel.axis.set_ylabel(label, fontsize=7)
-        panel.axis.yaxis.set_label_coords(-0.095, 0.5)
-        panel.axis.grid(axis="x", visible=False)
+        panel.axes.set_ylabel(label, fontsize=7)
+        panel.axes.yaxis.set_label_coords(-0.095, 0.5)
+        panel.axes.grid(axis="x", visible=False)
         _draw_signal(panel, abscissa, signals[name])
         _shade_plateaus(panel, signals, points[~fails_own_gates], _PASSING)
         _shade_plateaus(panel, signals, points[fails_own_gates], _FAILING)
         for time in refused_times:
-            panel.axis.axvline(time, color=style.STATE_COLOURS["refused"], linewidth=1.0)
+            panel.axes.axvline(time, color=style.STATE_COLOURS["refused"], linewidth=1.0)
     margin = 0.01 * (abscissa.max() - abscissa.min()) or 1.0
-    sheet.axes[0].set_xlim(abscissa.min() - margin, abscissa.max() + margin)
-    sheet.axes[-1].set_xlabel("Time since the log's start (s)" if has_times else "Row of the log")
-    sheet.axes[0].set_title("\n".join(heading_lines), x=-0.11, fontsize=7, parse_math=False)
+    sheet.axes_of_panels[0].set_xlim(abscissa.min() - margin, abscissa.max() + margin)
+    sheet.axes_of_panels[-1].set_xlabel(
+        "Time since the log's start (s)" if has_times else "Row of the log"
+    )
+    sheet.axes_of_panels[0].set_title(
+        "\n".join(heading_lines), x=-0.11, fontsize=7, parse_math=False
+    )
     marked_rows = "concerns the whole run"
     if entry["last_row"]:
         marked_rows = f"rows {entry['first_row']} to {entry['last_row']}"
@@ -266,13 +270,13 @@ def _draw_signal(panel: Panel, abscissa: FloatArray, values: FloatArray) -> None
     """Draw one signal against time or row, or write that it was not logged."""
     if not np.isfinite(values).any():
         panel.write_message("not logged")
-        panel.axis.set_yticks([])
+        panel.axes.set_yticks([])
         return
     marker = "." if len(values) < _MARKERS_MAX else ""
-    panel.axis.plot(abscissa, values, color="black", linewidth=0.6, marker=marker, markersize=2)
-    panel.axis.ticklabel_format(axis="y", useOffset=False)
-    panel.axis.margins(y=0.12)
-    panel.axis.locator_params(nbins=5)
+    panel.axes.plot(abscissa, values, color="black", linewidth=0.6, marker=marker, markersize=2)
+    panel.axes.ticklabel_format(axis="y", useOffset=False)
+    panel.axes.margins(y=0.12)
+    panel.axes.locator_params(nbins=5)
 
 
 def _shade_plateaus(
@@ -284,8 +288,8 @@ def _shade_plateaus(
         start, stop = _time_range(signals, first_row, last_row)
         spans.append((start, stop - start))
     # from the bottom to the top of the panel
-    transform = panel.axis.get_xaxis_transform()
-    panel.axis.broken_barh(spans, (0, 1), transform=transform, zorder=0.5, **look)
+    transform = panel.axes.get_xaxis_transform()
+    panel.axes.broken_barh(spans, (0, 1), transform=transform, zorder=0.5, **look)
 
 
 def _rows_to_mark(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, int, int]:

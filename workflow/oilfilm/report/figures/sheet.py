@@ -1,7 +1,7 @@
 """A figure: lettered panels on a grid in inches, a legend below them, and the drawn values as rows.
 
-A figure is a function with the decorator `register`. The function's name is that of the figure and
-of its table.
+A figure is a function with the decorator `declare_figure`. The function's name is that of the
+figure and of its table.
 
 Positions follow from sizes in inches alone. A layout solver would measure texts, and the last bits
 of such sizes differ from machine to machine.
@@ -40,7 +40,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 
 # Room around and between panels (in), as `Sheet` describes it.
 _ROOM_IN = {"left": 0.62, "right": 0.1, "top": 0.22, "bottom": 0.4, "across": 0.15, "down": 0.27}
-_MARK_IN = 0.14  # height of the line with the mark of simulated data
+_CORNER_TEXT_IN = 0.14  # height of the line with the text of simulated data
 _LEGEND_LINE_IN = 0.155  # height of a line of a legend
 _LEGEND_SYMBOL_IN = 0.42  # width of a symbol of a legend with its gaps
 _LEGEND_LETTER_IN = 0.061  # width of a letter of a legend
@@ -52,16 +52,16 @@ _CLIP_PATH = re.compile(r'(  <clipPath id="(p\w+)">\n(.*?)  </clipPath>\n)', re.
 class Panel:
     """A panel of a figure; what it draws is kept as rows of the table `drawn`."""
 
-    def __init__(self, axis: Axes, letter: str, drawn_parts: list[dict[str, Any]]) -> None:
+    def __init__(self, axes: Axes, letter: str, drawn_parts: list[dict[str, Any]]) -> None:
         """Take the axes.
 
         Args:
-            axis: Axes of the panel.
+            axes: Axes of the panel.
             letter: Letter of the panel; may be empty.
             drawn_parts: Receives a part of the table `drawn` for each call of `record`: arrays by
                 column.
         """
-        self.axis = axis
+        self.axes = axes
         self.letter = letter
         self.drawn_parts = drawn_parts
 
@@ -74,7 +74,7 @@ class Panel:
             series_name: Name of the line or of the symbols, as `measured`.
             x: Abscissa.
             y: Ordinate.
-            details: `oil`; `label`, which is drawn beside the mark or distinguishes it (column
+            details: `oil`; `label`, which is drawn beside the symbol or distinguishes it (column
                 `words`); `value`, which a colour or a number shows; `lower` and `upper` end of a
                 bar or band (columns `y_lower` and `y_upper`); `panel`, a column of a table, in
                 place of the panel's letter.
@@ -97,10 +97,10 @@ class Panel:
 
     def line(self, series_name: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
         """Draw and keep a line, with a band from `lower` to `upper` where these are given."""
-        self.axis.plot(x, y, **look)
+        self.axes.plot(x, y, **look)
         if "lower" in details:
             band: Look = {"color": look.get("color"), "alpha": 0.25, "linewidth": 0}
-            self.axis.fill_between(x, details["lower"], details["upper"], **band)
+            self.axes.fill_between(x, details["lower"], details["upper"], **band)
         self.record(series_name, x, y, **details)
 
     def dots(self, series_name: Any, x: Any, y: Any, look: Look, **details: Any) -> None:
@@ -108,15 +108,15 @@ class Panel:
         look = {"linestyle": "", **look}
         if "lower" in details:
             ends = np.abs(np.asarray([y - details["lower"], details["upper"] - y]))
-            self.axis.errorbar(x, y, yerr=ends, **look)
+            self.axes.errorbar(x, y, yerr=ends, **look)
         else:
-            self.axis.plot(x, y, **look)
+            self.axes.plot(x, y, **look)
         self.record(series_name, x, y, **details)
 
     def write_message(self, sentence: str, **look: Any) -> None:
         """Write in the middle of the panel why it is empty."""
-        middle: Look = {"ha": "center", "va": "center", "transform": self.axis.transAxes}
-        self.axis.text(0.5, 0.5, sentence, **middle, **look)
+        middle: Look = {"ha": "center", "va": "center", "transform": self.axes.transAxes}
+        self.axes.text(0.5, 0.5, sentence, **middle, **look)
 
 
 class Sheet:
@@ -124,7 +124,7 @@ class Sheet:
 
     Attributes:
         figure: Matplotlib's figure.
-        axes: Axes of the panels.
+        axes_of_panels: Axes of the panels.
         heights: Height of the panels of each row, in inches.
         drawn_parts: A part of the table `drawn` for each call of `Panel.record`: arrays by column.
             Empty where nothing has been drawn.
@@ -156,20 +156,20 @@ class Sheet:
         self.heights = [height] * row_count if isinstance(height, float | int) else list(height)
         self._width = width or (DOUBLE_COLUMN_IN if column_count > 1 else SINGLE_COLUMN_IN)
         self._column_count = column_count
-        self._legend_in = 0.0
-        self._bar: Axes | None = None
+        self._legend_height_in = 0.0
+        self._colour_bar_axes: Axes | None = None
         # not by pyplot, which would keep every figure open
         self.figure = Figure()
         FigureCanvasAgg(self.figure)  # measures texts without a trial drawing
         grid = self.figure.subplots(
             row_count, column_count, squeeze=False, height_ratios=self.heights, **layout
         )
-        axes = list(grid.flat)
-        for axis in axes[panel_count:]:
-            axis.remove()
-        self.axes = axes[:panel_count]
-        for axis in axes[max(panel_count - column_count, 0) : panel_count]:
-            axis.tick_params(labelbottom=True)
+        all_axes = list(grid.flat)
+        for axes in all_axes[panel_count:]:
+            axes.remove()
+        self.axes_of_panels = all_axes[:panel_count]
+        for axes in all_axes[max(panel_count - column_count, 0) : panel_count]:
+            axes.tick_params(labelbottom=True)
         self.drawn_parts: list[dict[str, Any]] = []
 
     def drawn(self) -> pd.DataFrame:
@@ -185,36 +185,37 @@ class Sheet:
 
     def panel(self, index: int = 0, title: str | None = "", **look: Any) -> Panel:
         """A panel, with its letter before its title; without a title it has no letter."""
-        axis = self.axes[index]
+        axes = self.axes_of_panels[index]
         letter = ""
         if title is not None:
             letter = string.ascii_letters[index]
             look.setdefault("parse_math", False)
-            axis.set_title(f"({letter}) {plain_text(title)}".rstrip(), **look)
-        axis.set_label(letter)
-        return Panel(axis, letter, self.drawn_parts)
+            axes.set_title(f"({letter}) {plain_text(title)}".rstrip(), **look)
+        axes.set_label(letter)
+        return Panel(axes, letter, self.drawn_parts)
 
     def label_axes(self, x: str = "", y: str = "", **look: Any) -> None:
-        """Name the axes, if not named yet.
+        """Name the abscissa and the ordinate of all panels.
 
-        Inner panels show no names: theirs are for the table.
+        Only the lowest panels show the name of the abscissa, and only the leftmost ones that of the
+        ordinate. The other names are in the file of the table `drawn`.
 
         Args:
             x: Name of the abscissa; unchanged if empty.
             y: Name of the ordinate; unchanged if empty.
-            look: Of the names.
+            look: Properties of matplotlib's text, for the names.
         """
-        for index, axis in enumerate(self.axes):
+        for index, axes in enumerate(self.axes_of_panels):
             if x:
-                axis.set_xlabel(x)
+                axes.set_xlabel(x)
             if y:
-                axis.set_ylabel(y)
-            is_lowest = index + self._column_count >= len(self.axes)
+                axes.set_ylabel(y)
+            is_lowest = index + self._column_count >= len(self.axes_of_panels)
             is_leftmost = index % self._column_count == 0
-            axis.xaxis.label.set(**look)
-            axis.xaxis.label.set_visible(is_lowest)
-            axis.yaxis.label.set(**look)
-            axis.yaxis.label.set_visible(is_leftmost)
+            axes.xaxis.label.set(**look)
+            axes.xaxis.label.set_visible(is_lowest)
+            axes.yaxis.label.set(**look)
+            axes.yaxis.label.set_visible(is_leftmost)
 
     def legend(self, handles: Sequence[Any], title: str = "", column_count: int = 0) -> None:
         """Explain colours, symbols and lines below the panels, where the legend covers no data.
@@ -229,9 +230,13 @@ class Sheet:
         letter_counts = np.array([max(len(line) for line in lines) for lines in lines_of_labels])
         if not column_count:
             column_count = _legend_columns(letter_counts, self._width)
-        lines_of_column = [column.sum() for column in np.array_split(line_counts, column_count)]
-        lines_of_title = title.count("\n") + 1 if title else 0
-        self._legend_in = _LEGEND_LINE_IN * (max(lines_of_column) + lines_of_title) + 0.06
+        line_counts_of_columns = [
+            column.sum() for column in np.array_split(line_counts, column_count)
+        ]
+        line_count_of_title = title.count("\n") + 1 if title else 0
+        self._legend_height_in = (
+            _LEGEND_LINE_IN * (max(line_counts_of_columns) + line_count_of_title) + 0.06
+        )
         self.figure.legend(
             handles=handles,
             loc="lower left",
@@ -246,17 +251,17 @@ class Sheet:
 
     def colour_bar(self, mappable: Any, label: str, **look: Any) -> Axes:
         """A colour bar at the right of all panels; `right` must leave room for it."""
-        self._bar = self.figure.add_axes((0, 0, 0.1, 0.1), label=_COLOUR_BAR)
-        bar = self.figure.colorbar(mappable, cax=self._bar, **look)
-        bar.set_label(label, fontsize=7)
-        self._bar.tick_params(labelsize=6)
-        return self._bar
+        self._colour_bar_axes = self.figure.add_axes((0, 0, 0.1, 0.1), label=_COLOUR_BAR)
+        colour_bar = self.figure.colorbar(mappable, cax=self._colour_bar_axes, **look)
+        colour_bar.set_label(label, fontsize=7)
+        self._colour_bar_axes.tick_params(labelsize=6)
+        return self._colour_bar_axes
 
-    def finish(self, mark: str = "") -> Figure:
+    def finish(self, corner_text: str = "") -> Figure:
         """Place everything and return the figure.
 
         Args:
-            mark: Text in the upper right corner, as that of simulated data.
+            corner_text: Text in the upper right corner, as that of simulated data.
         """
         room = self._room
         width = self._width
@@ -265,13 +270,13 @@ class Sheet:
         row_count = len(self.heights)
         column_count = self._column_count
         above = room["top"]
-        if mark:
-            above += _MARK_IN
-        below = room["bottom"] + self._legend_in
-        panels_in = sum(self.heights) + down * (row_count - 1)
-        height = above + panels_in + below
+        if corner_text:
+            above += _CORNER_TEXT_IN
+        below = room["bottom"] + self._legend_height_in
+        panels_height_in = sum(self.heights) + down * (row_count - 1)
+        height = above + panels_height_in + below
         self.figure.set_size_inches(width, height)
-        panel_in = (
+        panel_width_in = (
             width - room["left"] - room["right"] - across * (column_count - 1)
         ) / column_count
         self.figure.subplots_adjust(
@@ -279,18 +284,20 @@ class Sheet:
             right=1 - room["right"] / width,
             bottom=below / height,
             top=1 - above / height,
-            wspace=across / panel_in,
+            wspace=across / panel_width_in,
             hspace=down * row_count / sum(self.heights),
         )
-        if self._bar is not None:
+        if self._colour_bar_axes is not None:
             bar_left = 1 - (room["right"] - 0.1) / width
-            bar_bottom = (below + 0.1 * panels_in) / height
+            bar_bottom = (below + 0.1 * panels_height_in) / height
             bar_width = 0.1 / width
-            bar_height = 0.8 * panels_in / height
-            self._bar.set_position((bar_left, bar_bottom, bar_width, bar_height))
-        if mark:
-            mark_look: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
-            self.figure.text(1 - 0.03 / width, 1 - 0.02 / height, mark, color=GREY, **mark_look)
+            bar_height = 0.8 * panels_height_in / height
+            self._colour_bar_axes.set_position((bar_left, bar_bottom, bar_width, bar_height))
+        if corner_text:
+            corner_look: Look = {"ha": "right", "va": "top", "fontsize": 6.5, "fontweight": "bold"}
+            self.figure.text(
+                1 - 0.03 / width, 1 - 0.02 / height, corner_text, color=GREY, **corner_look
+            )
         return self.figure
 
 
@@ -357,8 +364,8 @@ def blank_page(width: float, height: float, *, bottom: float, top: float) -> tup
     margins: Look = dict.fromkeys(("left", "right", "top", "bottom"), 0.03)
     sheet = Sheet(width=width, height=height, **margins)
     panel = sheet.panel(title=None)
-    panel.axis.set_axis_off()
-    panel.axis.set(xlim=(0, 1), ylim=(bottom, top))
+    panel.axes.set_axis_off()
+    panel.axes.set(xlim=(0, 1), ylim=(bottom, top))
     return sheet, panel
 
 
@@ -366,7 +373,7 @@ def text_figure(text: str) -> Sheet:
     """A figure of text alone, which explains why there is nothing to draw."""
     sheet, panel = blank_page(SINGLE_COLUMN_IN, 0.14 * (text.count("\n") + 1), bottom=0, top=1)
     look: Look = {"va": "top", "fontsize": 7, "linespacing": 1.3, "parse_math": False}
-    panel.axis.text(0, 1, text, **look)
+    panel.axes.text(0, 1, text, **look)
     return sheet
 
 
@@ -384,7 +391,7 @@ def table_page(
 
     Returns:
         Figure, panel, and a function that writes a column. Its arguments: position from 0 to 1 of
-        the width, head, texts of the rows, keywords of the head alone, keywords of all texts.
+        the width, head, a text for each row, keywords of the head alone, keywords of all texts.
     """
     heights = np.broadcast_to(row_in, row_count)
     letters_per_line = round(width / _NOTE_LETTER_IN)
@@ -399,15 +406,15 @@ def table_page(
         # one line spacing for all cells: with different ones they are at different heights
         cell_look: Look = {"va": "center", "fontsize": 7, "parse_math": False}
         cell_look.update(look)
-        panel.axis.text(x, head_in / 2, head, **cell_look | (head_look or {}))
+        panel.axes.text(x, head_in / 2, head, **cell_look | (head_look or {}))
         middles = head_in + heights.cumsum() - heights / 2
-        for y, text in zip(middles, texts, strict=False):
-            panel.axis.text(x, y, text, **cell_look)
+        for y, text in zip(middles, texts, strict=True):
+            panel.axes.text(x, y, text, **cell_look)
 
     for edge in (0.0, head_in, table_in):
-        panel.axis.axhline(edge, color="black", linewidth=0.6)
+        panel.axes.axhline(edge, color="black", linewidth=0.6)
     note_look: Look = {"va": "bottom", "fontsize": 6, "linespacing": 1.15, "parse_math": False}
-    panel.axis.text(0, height_in, "\n".join(note_lines), color=GREY, **note_look)
+    panel.axes.text(0, height_in, "\n".join(note_lines), color=GREY, **note_look)
     return sheet, panel, write
 
 
@@ -470,8 +477,8 @@ DrawFunction = Callable[..., Sheet]
 SIMULATED = "SIMULATED"
 
 
-def register(**declaration: Any) -> Callable[[DrawFunction], DrawFunction]:
-    """Mark a function that draws a figure, with the declaration of the figure.
+def declare_figure(**declaration: Any) -> Callable[[DrawFunction], DrawFunction]:
+    """Declare that a function draws a figure.
 
     Args:
         declaration: Attributes of `FigureDeclaration`; `oilfilm.base.figure_catalogue` reads them
@@ -483,7 +490,7 @@ def register(**declaration: Any) -> Callable[[DrawFunction], DrawFunction]:
 def draw_figure(
     name: str, results: CampaignTables, settings: Settings, references: Mapping[str, Any]
 ) -> tuple[Figure, pd.DataFrame]:
-    """Draw a figure, with a mark if its data are simulated.
+    """Draw a figure, with `SIMULATED` in its corner if its data are simulated.
 
     Args:
         name: Name of the figure.
