@@ -14,11 +14,21 @@ from oilfilm.settings.rig import Rig
 RIG = load(ROOT / "config/rigs/ball-on-disc-20mm.yaml", Rig)
 
 
-def warned(load_n: float, lowest_slip: float, data: str = "measured", rig: Rig = RIG) -> list:
-    """Warnings about two runs of a plateau of mu, one of which begins at ten times the slip."""
+def warned(
+    load_n: float, lowest_slip: float, data: str = "measured", rig: Rig = RIG, step: float = 1.0
+) -> list:
+    """Warnings about two runs with a flat mu, one of which begins at ten times the slip.
+
+    Args:
+        load_n: Load of both runs.
+        lowest_slip: Lowest slip of the first run.
+        data: Whether the data are measured or simulated.
+        rig: The rig of both runs.
+        step: Distance of the slips of a run, over the lowest one.
+    """
     frames = []
     for run_id, first in (("low.csv", lowest_slip), ("high.csv", 10 * lowest_slip)):
-        slip = first * np.arange(1, 6)
+        slip = first * (1 + step * np.arange(5))
         columns = {"run_id": run_id, "slide_roll_ratio": slip, "load_n": load_n}
         frames.append(pd.DataFrame(columns | {"traction_coefficient": 0.03, "accepted": True}))
     settings = SimpleNamespace(rigs={"rig": rig}, campaign=SimpleNamespace(data=data))
@@ -48,3 +58,10 @@ def test_high_slip_light_load_and_unknown_rigs_are_not():
     assert warned(42.1, 0.012) == []
     assert warned(142.0, 0.005, rig=RIG.model_copy(update={"disc_track_radius_m": None})) == []
     assert warned(142.0, 0.005, data="simulated") == []
+
+
+def test_a_run_with_few_points_at_low_slip_is_judged_by_a_flat_mu():
+    # one point alone is near the lowest slip: e^2/(10 S^2) at S = 0.012
+    ((run_id, sentence),) = warned(142.0, 0.012, step=6.0)
+    assert run_id == "low.csv"
+    assert "2.0%" in sentence

@@ -319,7 +319,7 @@ def test_every_key_of_the_configuration_is_read_somewhere() -> None:
     assert unread_keys == BY_NAME
 
 
-@pytest.mark.parametrize("name", ["2026.03", "1e5", "no", "0123", "1_000", "nan"])
+@pytest.mark.parametrize("name", ["2026.03", "1e5", "no", "0123", "1_000", "nan", "2026-31-12"])
 def test_a_name_that_the_command_line_would_change_is_refused_everywhere(name: str) -> None:
     with pytest.raises(OilfilmError, match=f"'{name}' cannot be a name, because"):
         safe_name(name, "campaign")

@@ -31,6 +31,7 @@ def comparison_figure(
     fit_names = list(curve_by_fit)
     first_fit_name = fit_names[0]
     for fit_name, curve in curve_by_fit.items():
+        # fits may be of one oil: here each fit has the colour that elsewhere an oil has
         colour = style.oil_colour(fit_name, fit_names)
         is_doubtful = (curve["outside"] | curve["over_limit"]).to_numpy()
         _draw_curve(mu_axes, curve, MU_COLUMNS, is_doubtful, colour, fit_name)

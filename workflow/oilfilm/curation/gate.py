@@ -84,10 +84,12 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
 # Numbers and names for the sentence of a gate of runs, once for each reason to refuse the run.
 # `first` and `last` are the rows concerned.
 RefusalFields = Iterator[dict[str, Any]]
-# A check of one run, by the limits of the rig. The first reason counts.
+# A check of one run. It is called with the run and the kind of its rig (`RigKind`), which has the
+# limits of gates. The first reason counts.
 RunJudge = Callable[[MeasuredRun, Any], RefusalFields]
-# A check of plateaus, which have the oil and the set points of their run. It gives those that it
-# refuses. A plateau whose quantity is null (no set point, no second half) is not refused.
+# A check of plateaus, which have the oil and the set points of their run. It is called with them
+# and the kind of their rig, and gives those that it refuses. A plateau whose quantity is null (no
+# set point, no second half) is not refused.
 PlateauJudge = Callable[[pd.DataFrame, Any], "pd.Series[bool] | BoolArray"]
 Judge = TypeVar("Judge", RunJudge, PlateauJudge)
 

@@ -55,9 +55,10 @@ def spin_warnings(
             for _, curve in points_of_rig.groupby("run_id", sort=True)
         ]
         spin_of_runs = pd.DataFrame(spin_rows)
-        smallest_slip = SMALLEST_SLIP_OVER_EDGE_SLIP * spin_of_runs["slip_at_edge"]
-        is_near_edge = spin_of_runs["lowest_slip"] < smallest_slip
-        is_affected = is_near_edge | (spin_of_runs["correction"] > _LARGEST_RELATIVE_CORRECTION)
+        smallest_valid_slip = SMALLEST_SLIP_OVER_EDGE_SLIP * spin_of_runs["slip_at_edge"]
+        begins_below_valid_slip = spin_of_runs["lowest_slip"] < smallest_valid_slip
+        lacks_much = spin_of_runs["lacking_share"] > _LARGEST_RELATIVE_CORRECTION
+        is_affected = begins_below_valid_slip | lacks_much
         if is_affected.any():
             worst_run = spin_of_runs[is_affected].nlargest(1, "lacking_share").iloc[0]
             sentence = sentence_named(
@@ -84,8 +85,9 @@ class _SpinOfRun(NamedTuple):
         run_id: The run.
         lowest_slip: Lowest slide-roll ratio of its points.
         slip_at_edge: Slide-roll ratio that spin makes at the edge of the contact.
-        correction: What mu lacks at the lowest slip, relative; NaN where the formula does not hold.
-        lacking_share: The same, and where it is not known what a plateau of mu would lack.
+        correction: What mu lacks at the lowest slip, relative. NaN where the formula does not hold,
+            and where few or nearly equal slips are near the lowest one.
+        lacking_share: The same; where it is not known, what mu would lack if it were flat.
     """
 
     run_id: str
@@ -104,13 +106,13 @@ def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: fl
     contact_radius_m = contact_radius(load_n, contact.radius_m, contact.reduced_modulus_pa)
     slip_at_edge = float(edge_slip(contact_radius_m, disc_track_radius_m))
     correction = float(_relative_correction(slip, mu, slip_at_edge))
-    lack_of_plateau = slip_at_edge**2 / (10 * slip[0] ** 2)
+    lacking_share_if_mu_is_flat = slip_at_edge**2 / (10 * slip[0] ** 2)
     return _SpinOfRun(
         run_id=str(curve["run_id"].iloc[0]),
         lowest_slip=slip[0],
         slip_at_edge=slip_at_edge,
         correction=correction,
-        lacking_share=lack_of_plateau if np.isnan(correction) else correction,
+        lacking_share=lacking_share_if_mu_is_flat if np.isnan(correction) else correction,
     )
 
 

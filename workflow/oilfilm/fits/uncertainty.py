@@ -229,8 +229,8 @@ def calibration_refits(problem: Problem, optimum: Optimum, points: pd.DataFrame)
     refits = []
     for shifted_points in _points_with_shifted_sensors(accepted):
         data = curve_data(shifted_points, problem.law.conditions)
-        varied_conditions = data.conditions[:, problem.is_followed_condition]
-        if not (np.isfinite(data.mu).all() and np.isfinite(varied_conditions).all()):
+        followed_conditions = data.conditions[:, problem.is_followed_condition]
+        if not (np.isfinite(data.mu).all() and np.isfinite(followed_conditions).all()):
             return np.empty((0, len(optimum.constants)))
         problem_of_shifted_points = build_problem(problem.law, data, problem.is_followed_condition)
         # the same constants are free and held

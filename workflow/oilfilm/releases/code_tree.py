@@ -33,16 +33,16 @@ def code_files(home: Path) -> dict[str, Path]:
         home: Folder of the workflow, as `home.HOME`. Where it has no library, the files
             of the installed packages get the paths that they have in a clone.
     """
-    folder_of_tree = {name: home / name for name in _PATHS_OF_CODE}
+    source_by_clone_path = {path: home / path for path in _PATHS_OF_CODE}
     if not (home / _LIBRARY).is_dir():
-        folder_of_tree[_LIBRARY] = PACKAGE
+        source_by_clone_path[_LIBRARY] = PACKAGE
         for name in studies.available():
-            folder_of_tree[f"workflow/{name}"] = studies.folder(name)
+            source_by_clone_path[f"workflow/{name}"] = studies.folder(name)
     file_by_path = {}
-    for name, folder in folder_of_tree.items():
-        for path in _files_of_code(folder):
-            path_parts = path.relative_to(folder).parts
-            file_by_path["/".join((name, *path_parts))] = path
+    for clone_path, source in source_by_clone_path.items():
+        for path in _files_of_code(source):
+            path_parts = path.relative_to(source).parts
+            file_by_path["/".join((clone_path, *path_parts))] = path
     return dict(sorted(file_by_path.items()))
 
 

@@ -57,7 +57,7 @@ class FoldedEntry:
 
     Attributes:
         title: The line.
-        verdicts: Short verdicts beside it, each with its basis.
+        verdicts: What is shown beside it: pairs of a basis and its short verdict.
         paragraphs: The text inside.
     """
 
@@ -108,7 +108,7 @@ def facts_from_template(template: str, **variables: Any) -> list[Fact]:
         variables: The variables of the template. A line end within a text becomes a blank.
 
     Raises:
-        ValueError: A line of the template does not begin with a mark.
+        ValueError: A line of the template does not begin with a mark, or an advice has no fact.
 
     Examples:
         >>> template = "report/sections/laws.jinja"
@@ -128,6 +128,8 @@ def facts_from_template(template: str, **variables: Any) -> list[Fact]:
             case ">" if facts_so_far:
                 advice = f"{facts_so_far[-1].advice} {as_sentence(line_text)}".strip()
                 facts_so_far[-1] = replace(facts_so_far[-1], advice=advice)
+            case ">":
+                raise ValueError(f"{template}: no fact is before the advice {line!r}")
             case _:
                 raise ValueError(f"{template}: the line {line!r} begins with no mark")
     return facts_so_far

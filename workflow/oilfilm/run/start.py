@@ -79,7 +79,7 @@ def _check_writable(path: Path) -> None:
         )
     if not existing_path.is_dir():
         raise OilfilmError(f"{existing_path}: is a file, expected a folder. Move it.")
-    if not os.access(existing_path, os.W_OK):
+    if not os.access(existing_path, os.W_OK | os.X_OK):
         is_read_only_disk = os.statvfs(existing_path).f_flag & os.ST_RDONLY
         error_number = errno.EROFS if is_read_only_disk else errno.EACCES
         raise OilfilmError(f"{existing_path}: {_FAULT_AND_ADVICE_BY_ERRNO[error_number]}.")

@@ -86,9 +86,11 @@ def resolve(
         named_at = "campaign on the command line"
     campaign_file = _named_yaml_file(folder, "campaign", campaign_name, named_at)
     campaign: CampaignFile = validated_file(campaign_file, CampaignFile)
-    typed_values = {key: value for key, value in overrides.items() if key != "campaign"}
+    overrides_of_config = {key: value for key, value in overrides.items() if key != "campaign"}
     settings_file_by_study = _settings_file_by_study(campaign.studies)
-    merged_config = _merged_config(config_file, settings_file_by_study, campaign_file, typed_values)
+    merged_config = _merged_config(
+        config_file, settings_file_by_study, campaign_file, overrides_of_config
+    )
 
     def content_by_name(kind: str, names: list[str], *key_path: str) -> dict[str, Any]:
         listed_at = f"{campaign_file.location_of(key_path)}, `{dotted_key(key_path)}`"
@@ -119,7 +121,7 @@ def resolve(
         bearings=content_by_name("bearing", bearing_names, "torque", "bearing"),
         oils=oils,
     )
-    for key_path, sentence in chain(_names_shared_by_two_oils(settings), _contradictions(settings)):
+    for key_path, sentence in chain(_contradictory_oil_names(settings), _contradictions(settings)):
         raise OilfilmError(f"{campaign_file.location_of(key_path)}: {sentence}")
     _refuse_implausible_oils(folder, settings)
     return settings
@@ -296,12 +298,12 @@ def _merged_config(
     }
     defaults = merge(study_defaults, config_file.values)
     campaign_values = campaign_file.values.get("settings", {})
-    typed_values = _with_typed_numbers(overrides, defaults)
+    parsed_overrides = _with_parsed_numbers(overrides, defaults)
 
     def location_of(key_path: KeyPath) -> str:
         # the last key may be one of several that contradict each other: look for its group too
         for written_key_path in (key_path, key_path[:-1]):
-            if written_key_path in _all_key_paths(typed_values):
+            if written_key_path in _all_key_paths(parsed_overrides):
                 return "the command line's --config"
             if written_key_path in _all_key_paths(campaign_values):
                 return campaign_file.location_of(("settings", *key_path))
@@ -317,7 +319,7 @@ def _merged_config(
             f"{campaign_file.location_of(('settings', 'campaign'))}: `settings` cannot name "
             "another campaign; leave the key out."
         )
-    merged_values = merge(merge(defaults, campaign_values), typed_values)
+    merged_values = merge(merge(defaults, campaign_values), parsed_overrides)
     merged_config: Config = validated_file(
         replace(config_file, values=merged_values), Config, location_of
     )
@@ -362,28 +364,33 @@ def _all_key_paths(values: Any) -> set[KeyPath]:
     return key_paths
 
 
-def _with_typed_numbers(typed_value: Any, default: Any) -> Any:
-    """Values of the command line with numbers where Snakemake leaves text, inside groups.
+def _with_parsed_numbers(override: Any, default: Any) -> Any:
+    """Values of the command line with numbers and truth values where Snakemake leaves text.
 
-    A value that is text by default, such as the oil "4102", stays text.
+    This is done inside groups, too. A value that is text by default, such as the oil "4102", stays
+    text.
     """
-    if isinstance(typed_value, Mapping):
+    if isinstance(override, Mapping):
         group = default if isinstance(default, Mapping) else {}
         return {
-            name: _with_typed_numbers(value, group.get(name)) for name, value in typed_value.items()
+            name: _with_parsed_numbers(value, group.get(name)) for name, value in override.items()
         }
-    if not isinstance(typed_value, str) or isinstance(default, str):
-        return typed_value
+    if not isinstance(override, str) or isinstance(default, str):
+        return override
     try:
-        value = yaml.safe_load(typed_value)
-        is_number = isinstance(value, int | float) and float(value) == value
+        value = yaml.safe_load(override)
+        is_number_or_truth_value = isinstance(value, int | float) and float(value) == value
     except (yaml.YAMLError, ValueError, OverflowError, RecursionError):
-        return typed_value
-    return value if is_number else typed_value
+        return override
+    return value if is_number_or_truth_value else override
 
 
-def _names_shared_by_two_oils(settings: Settings) -> Iterator[tuple[KeyPath, str]]:
-    """Names that a log may give to two oils, with the key of the campaign file to blame."""
+def _contradictory_oil_names(settings: Settings) -> Iterator[tuple[KeyPath, str]]:
+    """Names of no oil, and names that a log may give to two oils.
+
+    Yields:
+        The key of the campaign file to blame, and a sentence.
+    """
     oil_id_by_name: dict[str, str] = {}
     aliases_by_oil = settings.campaign.oil_aliases
     for oil_id in aliases_by_oil.keys() - settings.oils.keys():
@@ -519,4 +526,7 @@ def _is_read_as_it_is_written(name: str) -> bool:
             return str(yaml.safe_load(name)) == name
         except yaml.YAMLError:
             return True
+        except ValueError:
+            # a date that does not exist
+            return False
     return number.is_integer() and str(int(number)) == name

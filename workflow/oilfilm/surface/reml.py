@@ -81,13 +81,12 @@ class Sizes:
             lengths=values[11:14],
             slip_trend=values[14],
         )
-        rig_gain = float(values[15]) if len(values) > _WITHOUT_RIGS else 0.0
+        rig_gain = float(values[15]) if len(values) > _SIZE_COUNT_WITHOUT_RIGS else 0.0
         return cls(values[:4], values[4], departure_sizes, rig_gain)
 
     def logarithms(self) -> FloatArray:
         """Logarithms of the sizes, in the order of `size_names`."""
         departure = self.departure_sizes
-        condition_sizes = [departure.interaction, departure.slip_length, *departure.lengths]
         rig_sizes = [self.rig_gain] if self.rig_gain else []
         return np.log(
             [
@@ -95,7 +94,9 @@ class Sizes:
                 self.noise,
                 departure.kappa,
                 *departure.main,
-                *condition_sizes,
+                departure.interaction,
+                departure.slip_length,
+                *departure.lengths,
                 departure.slip_trend,
                 *rig_sizes,
             ]
@@ -139,7 +140,7 @@ def priors(
     return (*error_priors.run_and_noise_priors(), *departure, *rig_priors)
 
 
-_WITHOUT_RIGS = len(size_names())
+_SIZE_COUNT_WITHOUT_RIGS = len(size_names())
 
 
 @dataclass(frozen=True)
@@ -163,7 +164,10 @@ class CurveCovariance:
 
     @cached_property
     def factors(self) -> tuple[FloatArray, FloatArray]:
-        """C_E and C_G between the curves, shape (curves, curves) each."""
+        """C_E (for all slips) and C_G (times the covariance over slips), as in `kernels`.
+
+        Between the curves, shape (curves, curves) each.
+        """
         return self.kernel.factors(self.curves.conditions, self.curves.conditions)
 
     @cached_property
