@@ -286,7 +286,7 @@ class FittedLaw:
 
     @cached_property
     def misfit_beside_surface(self) -> float:
-        """Misfit of this law, relative to mu: rms of (its mu - mu of the surface) over that of mu.
+        """Relative misfit of this law, as the rms difference of mu from the surface over the rms mu.
 
         The points are those of the surface; NaN without a surface.
         """
