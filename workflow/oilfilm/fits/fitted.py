@@ -286,7 +286,7 @@ class FittedLaw:
 
     @cached_property
     def misfit_beside_surface(self) -> float:
-        """Relative misfit of this law, as the rms difference of mu from the surface over the rms mu.
+        """Relative misfit of this law, the rms difference of mu from the surface over the rms mu.
 
         The points are those of the surface; NaN without a surface.
         """
