@@ -138,7 +138,7 @@ def test_zero_of_one_phase_is_named_as_blind_to_drift(zero: str, is_seen: bool) 
     shape=st.sampled_from(["exponential", "tanh"]),
     seed=st.integers(0, 1000),
 )
-@examples(0.4)
+@examples(0.2)
 def test_zero_of_an_opening_phase_is_right_or_refused(
     offset_n: float, slope: float, first: float, second: float, shape: str, seed: int
 ) -> None:

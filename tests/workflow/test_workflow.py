@@ -174,6 +174,7 @@ def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own:
             assert planned(project, *OWN) == {"collect": 1}
 
 
+@pytest.mark.nightly
 def test_what_the_campaign_no_longer_asks_for_goes_with_the_next_run(project: Path) -> None:
     results = project / "results/small"
     listed, mine = results / "figures/dropped.png", results / "figures/mine.png"
