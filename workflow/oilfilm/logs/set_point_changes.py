@@ -46,7 +46,7 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
         return [all_rows]
     rows_per_block = -(-len(usable_index) // _MOST_BLOCKS)
     blocks = _parts(usable_index, rows_per_block)
-    medians = _medians_of_parts(run, usable_index, rows_per_block)
+    medians = _medians_of_blocks(run, usable_index, rows_per_block)
     first_blocks = _first_block_of_each_sweep(medians)
     first_row_of_sweeps = [
         _row_of_change(run, blocks[block_index - 1], blocks[block_index])
@@ -70,18 +70,24 @@ def _parts(row_index: IndexArray, rows_per_part: int) -> list[IndexArray]:
     return np.split(row_index, range(rows_per_part, len(row_index), rows_per_part))
 
 
-def _medians_of_parts(run: LoggedRun, row_index: IndexArray, rows_per_part: int) -> FloatArray:
-    """Medians of the signals of rows in parts, as `_parts` makes them, shape (3, parts)."""
-    parts_at_once = -(-_ROWS_AT_ONCE // rows_per_part)
+def _medians_of_blocks(run: LoggedRun, row_index: IndexArray, rows_per_block: int) -> FloatArray:
+    """Medians of the signals of each block of rows, shape (3, blocks).
+
+    Args:
+        run: The run.
+        row_index: Indices of the rows.
+        rows_per_block: Number of rows of each block but the last one.
+    """
+    blocks_at_once = -(-_ROWS_AT_ONCE // rows_per_block)
     medians = []
-    for rows in _parts(row_index, parts_at_once * rows_per_part):
+    for rows in _parts(row_index, blocks_at_once * rows_per_block):
         signals = _level_signals(run, rows)
-        rows_in_full_parts = len(rows) - len(rows) % rows_per_part
-        full_parts = signals[:, :rows_in_full_parts].reshape(3, -1, rows_per_part)
-        medians.append(np.median(full_parts, axis=2))
-        if rows_in_full_parts < len(rows):
-            last_part = signals[:, rows_in_full_parts:]
-            medians.append(np.median(last_part, axis=1, keepdims=True))
+        rows_in_full_blocks = len(rows) - len(rows) % rows_per_block
+        full_blocks = signals[:, :rows_in_full_blocks].reshape(3, -1, rows_per_block)
+        medians.append(np.median(full_blocks, axis=2))
+        if rows_in_full_blocks < len(rows):
+            last_block = signals[:, rows_in_full_blocks:]
+            medians.append(np.median(last_block, axis=1, keepdims=True))
     return np.concatenate(medians, axis=1)
 
 
@@ -133,7 +139,7 @@ def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:
     """
     slip = medians[2]
     block_count = len(slip)
-    # lists: for so few numbers the medians of NumPy take five times as long
+    # lists: for at most `_MOST_BLOCKS` numbers the medians of NumPy take longer
     load_and_speed = medians[:2].tolist()
     start_blocks = [0]
     for block in range(1, block_count):
