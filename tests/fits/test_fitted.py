@@ -24,9 +24,10 @@ from oilfilm.fits.conditions import (
 )
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw, given_surface, predict
-from oilfilm.fits.interval import Band, normal_half_width
+from oilfilm.fits.interval import Band
 from oilfilm.fits.measured_surface import MeasuredContact
 from oilfilm.settings.resolved import Settings
+from oilfilm.surface.interval import normal_half_width
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES

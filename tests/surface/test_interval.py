@@ -8,7 +8,7 @@ from oilfilm.surface.interval import (
     allowed_level,
     curve_quantile,
     interval_factors,
-    normal_factor,
+    normal_half_width,
     point_quantile,
 )
 from oilfilm.surface.kernels import DepartureSizes
@@ -36,7 +36,7 @@ def test_few_conditions_allow_a_lower_level():
 
 @pytest.mark.parametrize(("level", "factor"), [(0.8, 1.2816), (0.9, 1.6449), (0.99, 2.5758)])
 def test_factor_of_a_level_is_that_of_the_tables_of_the_normal_distribution(level, factor):
-    assert normal_factor(level) == pytest.approx(factor, abs=1e-4)
+    assert normal_half_width(level) == pytest.approx(factor, abs=1e-4)
 
 
 def test_largest_score_counts_where_conditions_are_few():

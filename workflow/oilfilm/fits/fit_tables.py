@@ -18,11 +18,11 @@ from oilfilm.base.ties import exceeds, first_largest, reaches
 from oilfilm.base.units import FloatArray
 from oilfilm.fits.conditions import FixedCondition, fixed_conditions_from_json
 from oilfilm.fits.global_search import Optimum
-from oilfilm.fits.interval import normal_half_width
 from oilfilm.fits.problem import Problem
 from oilfilm.fits.robust_fit import RobustFit, curve_agreement
 from oilfilm.fits.uncertainty import SENSORS, Estimates, Profiles
 from oilfilm.settings.config import FitSettings
+from oilfilm.surface.interval import normal_half_width
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import FIT_TABLES
 from oilfilm.traction.law import CONDITIONS, Law, Observations

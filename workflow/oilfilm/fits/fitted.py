@@ -25,17 +25,12 @@ from oilfilm.fits.conditions import (
     fixed_conditions_from_json,
     is_off_tested_level,
 )
-from oilfilm.fits.interval import (
-    CONFIDENCE,
-    Band,
-    normal_half_width,
-    spread_degrees_of_freedom,
-    student_half_width,
-)
+from oilfilm.fits.interval import CONFIDENCE, Band, spread_degrees_of_freedom, student_half_width
 from oilfilm.fits.measured_surface import LawConstants, OilSurface, surface_from_tables
 from oilfilm.fits.saved_fit_tables import explaining_contradictions, refuse_contradictions
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.physics.oils import LIMITING_STRESS_RATIO
+from oilfilm.surface.interval import normal_half_width
 from oilfilm.surface.support import Support
 from oilfilm.tables import refuse_oversized
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables

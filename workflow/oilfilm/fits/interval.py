@@ -6,7 +6,6 @@ Decides: the interval of a law's mean; the level of intervals and tests of fits.
 """
 
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 import scipy
@@ -15,11 +14,6 @@ from oilfilm.base.units import FloatArray
 
 # The level of every interval and test of a fit, unless another one is given.
 CONFIDENCE = 0.95
-
-
-def normal_half_width(level: float) -> float:
-    """Half width, in standard errors, of the interval of a normal mean with this level."""
-    return NormalDist().inv_cdf(0.5 + level / 2)
 
 
 def student_half_width(level: float, degrees_of_freedom: float) -> float:

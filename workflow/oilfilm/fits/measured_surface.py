@@ -18,7 +18,7 @@ from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.fits.problem import curve_data
 from oilfilm.fits.run_assumptions import RunAssumptions
 from oilfilm.surface.effects import ErrorPriors
-from oilfilm.surface.interval import IntervalFactors, normal_factor
+from oilfilm.surface.interval import IntervalFactors, normal_half_width
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.limits import SurfaceLimits
 from oilfilm.surface.measurements import Measurements
@@ -252,7 +252,7 @@ class OilSurface:
             interval_factor = (
                 self.interval_factors.curve if whole_curve else self.interval_factors.point
             )
-            level_factor = normal_factor(self.interval_level(level)) / normal_factor(
+            level_factor = normal_half_width(self.interval_level(level)) / normal_half_width(
                 self.interval_factors.level
             )
             mu[is_answerable] = prediction.mu

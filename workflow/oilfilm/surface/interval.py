@@ -54,10 +54,10 @@ def allowed_level(wanted_level: float, condition_count: int) -> float:
     return min(wanted_level, condition_count / (condition_count + 1))
 
 
-def normal_factor(level: float) -> float:
-    """Standard deviations on either side that hold this share of a normal distribution.
+def normal_half_width(level: float) -> float:
+    """Half width of the interval that holds this share of a normal distribution, in its sd.
 
-    >>> round(normal_factor(0.95), 3)
+    >>> round(normal_half_width(0.95), 3)
     1.96
     """
     return float(scipy.special.ndtri((1 + level) / 2))
@@ -136,7 +136,7 @@ def interval_factors(
     largest_scores = np.zeros(len(condition_of_curve))
     np.maximum.at(largest_scores, curve_of_point, scores)
     point_factor = max(
-        normal_factor(wanted_level),
+        normal_half_width(wanted_level),
         point_quantile(scores, condition_of_curve[curve_of_point], level),
     )
     model_quantile = float(np.quantile(drawn_largest_scores, wanted_level))

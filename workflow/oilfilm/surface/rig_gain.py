@@ -25,7 +25,7 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import LogNormal
-from oilfilm.surface.interval import normal_factor
+from oilfilm.surface.interval import normal_half_width
 
 # Number of standard deviations s at which the posterior is evaluated.
 _GRID_POINT_COUNT = 2001
@@ -79,7 +79,7 @@ def factor_of_another_rig(
         """Share of other rigs whose gain is farther from 0 than this one, less the wanted share."""
         return float(weights @ (2 * scipy.special.ndtr(-gain / sds))) - (1 - level)
 
-    nearest = normal_factor(level) * gain_sd_prior.smallest
-    farthest = normal_factor(level) * gain_sd_prior.largest
+    nearest = normal_half_width(level) * gain_sd_prior.smallest
+    farthest = normal_half_width(level) * gain_sd_prior.largest
     quantile = scipy.optimize.brentq(excess_share, nearest, farthest)
-    return float(quantile / (normal_factor(level) * gain_sd))
+    return float(quantile / (normal_half_width(level) * gain_sd))

@@ -23,7 +23,7 @@ from oilfilm.fits.best_law import FEWEST_CURVES
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.fits.conditions import fixed_conditions_from_json
 from oilfilm.fits.fitted import FittedLaw
-from oilfilm.fits.interval import CONFIDENCE, normal_half_width
+from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
 from oilfilm.logs.run_sheet import REMARK_RULES
@@ -40,6 +40,7 @@ from oilfilm.report.document import (
 from oilfilm.report.explorer import Axis, as_json, explored_fits, load_at_1_gpa, sliders
 from oilfilm.report.names import CONDITION_TEXTS, gate_in_words, law_title
 from oilfilm.settings.resolved import Settings
+from oilfilm.surface.interval import normal_half_width
 from oilfilm.tables import failed_gates
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.set_points import NOMINAL_COLUMNS
