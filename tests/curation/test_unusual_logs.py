@@ -2,6 +2,8 @@
 
 import re
 from collections.abc import Callable
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -10,7 +12,10 @@ import pytest
 import torque_logs
 from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
 from oilfilm.curation.curate import CuratedTables, curate_logs
+from oilfilm.curation.rig_kind import Signals
+from oilfilm.curation.run_gates import impossible_traction, same_channel, two_conditions
 from oilfilm.curation.torque_rig import TorqueRig
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.tables import failed_gates
 
 SLIPS = tuple(0.02 * step for step in range(12))
@@ -154,6 +159,62 @@ def test_force_of_too_few_digits_is_told_so(digits: int, rule: str | None) -> No
     curated = judged({**values, "load": 10 * values["load"]}, **NO_SET_POINTS)
     assert rules(curated) == ([rule] if rule else [])
     assert all("more digits" in reason for reason in curated.quarantine["reason"])
+
+
+# --- gates alone -------------------------------------------------------------------------------
+
+RIG = TractionRig(CONFIG)
+
+
+@pytest.mark.parametrize(
+    "signal", [np.full(400, 30.0), np.full(1, 30.0)], ids=["constant", "one row"]
+)
+def test_equal_readings_that_never_change_are_no_single_channel(signal: np.ndarray) -> None:
+    columns = {channel.column: signal for channel in RIG.channels}
+    refusal = SimpleNamespace(rule="zero_missing")
+    run: Any = SimpleNamespace(
+        rig_kind=RIG, signals=Signals(np.arange(len(signal)), signal, columns), refusal=refusal
+    )
+    assert [*same_channel(run, RIG)] == []
+
+
+def test_zero_that_moves_without_a_load_shows_no_impossible_traction() -> None:
+    plateaus = {
+        "load_n": np.zeros(5),
+        "slide_roll_ratio": np.full(5, 0.1),
+        "traction_coefficient": np.full(5, np.nan),
+    }
+    run: Any = SimpleNamespace(plateaus=plateaus, refusal=SimpleNamespace(rule="zero_drift"))
+    assert [*impossible_traction(run, RIG)] == []
+
+
+@pytest.mark.parametrize("changing", [0, 2, 3, 4])
+def test_log_is_to_be_cut_where_its_load_changes_and_not_where_it_wavers(changing: int) -> None:
+    loads_n = np.array([50.0, 50, 50, 50, 30, 30, 30, 30])
+    load_change = np.zeros(8)
+    load_change[changing] = 0.5
+    first_rows = 1 + 100 * np.arange(8)
+    run: Any = SimpleNamespace(
+        plateaus={
+            "load_n": loads_n,
+            "entrainment_speed_m_s": np.full(8, 30.0),
+            "load_change": load_change,
+            "first_row": first_rows,
+            "last_row": first_rows + 99,
+        }
+    )
+    (finding,) = two_conditions(run, RIG)
+    assert finding["name"] == "load"
+    assert finding["first"] == (501 if changing == 4 else 401)
+
+
+def test_stuck_torque_is_named_even_if_no_speed_is_held() -> None:
+    ramp = np.linspace(0, 3000, 40)
+    speed_rpm = np.concatenate([np.zeros(120), ramp, ramp[::-1], np.zeros(120)])
+    log = torque_logs.measured(speed_rpm, np.zeros(len(speed_rpm)), 1).assign(torque_n_m=2.0)
+    curated = curate_logs([("log", torque_logs.text(log))], CONFIG, TorqueRig)
+    assert len(curated.points) == 0
+    assert rules(curated) == ["stuck_sensor"]
 
 
 # --- faulty plateaus ---------------------------------------------------------------------------

@@ -81,8 +81,8 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
     return f"; the {force_name} may be in {' or '.join(units)}" if units else ""
 
 
-# Numbers and names for the sentence of a gate of runs, once for each reason to refuse the run.
-# `first` and `last` are the rows concerned.
+# Numbers and names for the sentence of a gate of runs, once for each reason to refuse the run or to
+# warn of it. `first` and `last` are the rows concerned.
 RefusalFields = Iterator[dict[str, Any]]
 # A check of one run. It is called with the run and the kind of its rig (`RigKind`), which has the
 # limits of gates. The first reason counts.

@@ -36,7 +36,8 @@ def measure_run(
         is_settled: Whether each row is a settled reading, the zero removed by the rig.
     """
     if is_settled:
-        run = MeasuredRun(rig_kind, signals, signals, _settled_readings(signals, rig_kind))
+        plateaus = _settled_readings(signals, rig_kind)
+        run = MeasuredRun(rig_kind, signals, signals, plateaus, is_settled=True)
         return replace(run, refusal=rig_kind.settled_refusal(run))
     division = rig_kind.divide_run(signals, rig_name)
     usable_signals = division.signals

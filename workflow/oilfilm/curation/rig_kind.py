@@ -129,13 +129,14 @@ class MeasuredRun:
     Attributes:
         rig_kind: The kind of rig, with its settings.
         signals: All samples of the run.
-        turning_signals: The samples at which the rig turns, without the phases that give the zero.
+        turning_signals: The samples at which the rig turns, without phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
         refusal: What was found wrong while the run was measured, mostly with its zero; else None.
         short_level_refusals: Refusals of levels that ended before they settled and give no plateau.
         zero_phases: Names of the phases that gave the zero, in the order of time.
         force_lag: Lag of the force, where the slip is a continuous ramp; else None.
+        is_settled: Whether each row is a settled reading.
     """
 
     rig_kind: "RigKind"
@@ -146,6 +147,7 @@ class MeasuredRun:
     short_level_refusals: Sequence[Refusal] = ()
     zero_phases: tuple[str, ...] = ()
     force_lag: ForceLag | None = None
+    is_settled: bool = False
 
 
 @dataclass(frozen=True)

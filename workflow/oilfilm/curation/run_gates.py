@@ -38,9 +38,10 @@ from oilfilm.logs.base import Refusal
 RUN_GATES: Gates[RunJudge] = Gates()
 gate = RUN_GATES.gate
 
-# None of these decides whether a run is refused. The limits that decide are in the configuration.
+# The limits of the gates are in the configuration. These name the cause of a refusal, or say what
+# noise is, as in `statistics`.
 # Two columns have the same signal if their mean difference is at most this share of the mean step
-# between its readings. This names the cause of a refusal.
+# between its readings.
 _SAME_SIGNAL_SHARE = 0.1
 # Number of distinct values of a sensor from which the step between them is stated.
 _FEWEST_VALUES = 3
@@ -123,10 +124,13 @@ def same_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
         return
     for channel, other_channel in combinations(run.rig_kind.channels, 2):
         values = run.signals[channel.column]
+        step_sizes = np.abs(np.diff(values))
+        if not step_sizes.any():
+            # two constant signals may have one value by chance
+            continue
         mean_difference = np.mean(np.abs(values - run.signals[other_channel.column]))
-        mean_step = np.mean(np.abs(np.diff(values)))
         # rounding in other units makes small differences
-        if mean_difference <= _SAME_SIGNAL_SHARE * mean_step:
+        if mean_difference <= _SAME_SIGNAL_SHARE * np.mean(step_sizes):
             yield {"one": channel.name, "other": other_channel.name}
 
 
@@ -245,11 +249,10 @@ def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalField
     if run.refusal is None or run.refusal.rule != "zero_drift":
         return
     median_mu = _median_traction_coefficient(run, rig_kind)
-    load_n = median(run.plateaus["load_n"])
-    explained_by_zero = (
-        rig_kind.zero_settings.max_drift_n * rig_kind.gate_limits.significant_errors / load_n
-    )
-    if median_mu - explained_by_zero > rig_kind.gate_limits.traction_max:
+    excess_mu = median_mu - rig_kind.gate_limits.traction_max
+    explained_n = rig_kind.zero_settings.max_drift_n * rig_kind.gate_limits.significant_errors
+    # compared as forces: the load may be 0
+    if excess_mu * median(run.plateaus["load_n"]) > explained_n:
         yield {"median_mu": median_mu, "reason": run.refusal.reason}
 
 
@@ -368,7 +371,7 @@ def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
     Settled readings are means without noise: those of a flat curve may be equal.
     """
-    if _is_settled(run):
+    if run.is_settled:
         return
     values = run.turning_signals[run.rig_kind.sensor.column]
     start, stop = _suspicious_hold(values, run, rig_kind)
@@ -404,9 +407,11 @@ def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
         (rig_kind.channels[0], limits.load),
         (speed, limits.entrainment_speed),
     ):
+        values = run.plateaus[channel.column]
         # a load that changes within a plateau is neither
         is_held = ~(np.abs(run.plateaus["load_change"]) > rig_kind.gate_limits.load_change_max)
-        values = np.where(is_held, run.plateaus[channel.column], np.nan)
+        is_held &= np.isfinite(values)
+        values = values[is_held]
         limit = _limit_between_levels(
             values, range_of_level, rig_kind.gate_limits.faulty_plateaus_min
         )
@@ -417,11 +422,11 @@ def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
         yield {
             "name": channel.name,
             "unit": channel.unit,
-            "low": median(values[values < limit]),
+            "low": median(values[~is_high]),
             "high": median(values[is_high]),
-            "count_low": np.count_nonzero(values < limit),
+            "count_low": np.count_nonzero(~is_high),
             "count_high": np.count_nonzero(is_high),
-            "first": run.plateaus["first_row"][change_index[0] + 1],
+            "first": run.plateaus["first_row"][is_held][change_index[0] + 1],
             "last": run.plateaus["last_row"][-1],
         }
 
@@ -430,11 +435,11 @@ def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plat
     """A value that separates two levels; NaN where there are not two.
 
     Args:
-        values: Means of plateaus.
+        values: Means of plateaus, finite.
         range_of_level: Largest range of one level, relative to its median.
         fewest_plateaus: Plateaus that a level has at least.
     """
-    ranked = np.sort(values[np.isfinite(values)])
+    ranked = np.sort(values)
     if len(ranked) < 2 * fewest_plateaus:
         return np.nan
     gaps = np.diff(ranked)
@@ -519,7 +524,7 @@ def little_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
 @WARNINGS.gate
 def zero_on_trust(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
     """Nothing in settled readings shows that their zero was removed."""
-    if _is_settled(run) and not shows_its_zero(run, rig_kind.zero_settings):
+    if run.is_settled and not shows_its_zero(run, rig_kind.zero_settings):
         yield {}
 
 
@@ -567,11 +572,6 @@ def branches_apart(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
         yield {"ratio": median_ratio, "points": is_sliding.sum()}
 
 
-def _is_settled(run: MeasuredRun) -> bool:
-    """Whether each row is a settled reading."""
-    return run.force_lag is None and bool(np.isnan(run.plateaus["duration_s"]).all())
-
-
 def _noise_of_samples(run: MeasuredRun) -> FloatArray:
     """Size of the sensor's noise at each sample but the first and last.
 
@@ -580,7 +580,7 @@ def _noise_of_samples(run: MeasuredRun) -> FloatArray:
     Returns:
         Shape (samples - 2,); empty for settled readings.
     """
-    if _is_settled(run):
+    if run.is_settled:
         return np.empty(0)
     readings = run.turning_signals[run.rig_kind.sensor.column]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
