@@ -83,10 +83,10 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
 
 # Numbers and names for the sentence of a gate of runs, once for each reason to refuse the run or to
 # warn of it. `first` and `last` are the rows concerned.
-RefusalFields = Iterator[dict[str, Any]]
+FindingFields = Iterator[dict[str, Any]]
 # A check of one run. It is called with the run and the kind of its rig (`RigKind`), which has the
 # limits of gates. The first reason counts.
-RunJudge = Callable[[MeasuredRun, Any], RefusalFields]
+RunJudge = Callable[[MeasuredRun, Any], FindingFields]
 # A check of plateaus, which have the oil and the set points of their run. It is called with them
 # and the kind of their rig, and gives those that it refuses. A plateau whose quantity is null (no
 # set point, no second half) is not refused.

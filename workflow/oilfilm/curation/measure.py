@@ -58,11 +58,11 @@ def measure_run(
             zero, division, rig_kind.sensor, rig_kind.zero_drift_max, rig_kind.gate_limits
         )
     plateaus = rig_kind.derive_plateaus(averages, zero_of_plateau, zero_of_plateau_se)
-    turning_signals = usable_signals.select(division.turning_selection)
+    running_signals = usable_signals.select(division.running_selection)
     run = MeasuredRun(
         rig_kind,
         signals,
-        turning_signals,
+        running_signals,
         plateaus,
         refusal,
         division.short_level_refusals,

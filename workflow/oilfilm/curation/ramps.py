@@ -206,7 +206,7 @@ def is_ramp(
         rolling_slip: Slip below which the rig rolls.
         is_held: Plateaus whose slip is steady, shape (plateaus,).
     """
-    slip = run.turning_signals["slide_roll_ratio"]
+    slip = run.running_signals["slide_roll_ratio"]
     sliding_index = np.flatnonzero(np.abs(slip) > rolling_slip)
     if len(sliding_index) < _FEWEST_SAMPLES:
         return False

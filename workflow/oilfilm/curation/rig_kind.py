@@ -129,7 +129,7 @@ class MeasuredRun:
     Attributes:
         rig_kind: The kind of rig, with its settings.
         signals: All samples of the run.
-        turning_signals: The samples at which the rig turns, without phases that give the zero.
+        running_signals: The samples at which the rig rotates, without phases that give the zero.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
         refusal: What was found wrong while the run was measured, mostly with its zero; else None.
@@ -141,7 +141,7 @@ class MeasuredRun:
 
     rig_kind: "RigKind"
     signals: Signals
-    turning_signals: Signals
+    running_signals: Signals
     plateaus: ColumnArrays
     refusal: Refusal | None = None
     short_level_refusals: Sequence[Refusal] = ()
@@ -165,7 +165,7 @@ class Division:
         rest_in_words: What the rig does in the phases, in words.
         are_phases_in_levels: Whether the phases are parts of levels. What remains of these levels
             gives plateaus.
-        turning_selection: Mask or slice of `signals`: the samples at which the rig turns.
+        running_selection: Mask or slice of `signals`: the samples at which the rig rotates.
         short_level_refusals: Levels that ended before they settled and give no plateau.
     """
 
@@ -176,7 +176,7 @@ class Division:
     phases: Mapping[str, slice]
     rest_in_words: str = "standstill"
     are_phases_in_levels: bool = False
-    turning_selection: BoolArray | slice = field(default_factory=lambda: slice(None))
+    running_selection: BoolArray | slice = field(default_factory=lambda: slice(None))
     short_level_refusals: Sequence[Refusal] = ()
 
 

@@ -15,9 +15,9 @@ from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray
 from oilfilm.curation.gate import (
     RULES,
+    FindingFields,
     Gate,
     Gates,
-    RefusalFields,
     RunJudge,
     refusal_by,
     refusal_with_sentence,
@@ -74,7 +74,7 @@ def _sentence(run_gate: Gate[RunJudge], run: MeasuredRun, fields: dict[str, Any]
 
 
 @gate
-def time_disorder(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def time_disorder(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The time stamp does not increase."""
     time_s = run.signals.time_s
     index_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
@@ -89,7 +89,7 @@ def time_disorder(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """So many consecutive rows cannot be read that the run has a hole."""
     row_numbers = run.signals.row_numbers
     row_steps = np.diff(row_numbers)
@@ -106,7 +106,7 @@ def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def clock_jump(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def clock_jump(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The clock jumps ahead."""
     gaps_s = np.diff(run.signals.time_s)
     allowed_s = rig_kind.gate_limits.clock_jump_intervals * run.signals.interval_s
@@ -118,7 +118,7 @@ def clock_jump(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def same_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def same_channel(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """A run without a zero has the same readings in two channels."""
     if run.refusal is None or run.refusal.rule != "zero_missing":
         return
@@ -135,7 +135,7 @@ def same_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def never_turns(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def never_turns(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The bearing is at standstill from the first row to the last."""
     fastest_rpm = float(np.abs(run.signals["inner_speed_rpm"]).max())
     # a speed that is not known does not show that the bearing turns
@@ -144,7 +144,7 @@ def never_turns(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def held_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def held_readings(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The sensor is read so slowly that a plateau has few readings of its own."""
     durations_s = run.plateaus["duration_s"]
     plateau_s = (
@@ -164,10 +164,10 @@ def held_readings(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @gate
-def stuck_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def stuck_channel(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """A signal that shows noise stops moving for part of the run."""
     for channel in run.rig_kind.channels:
-        values = run.turning_signals[channel.column]
+        values = run.running_signals[channel.column]
         start, stop = _suspicious_hold(values, run, rig_kind)
         if start == stop:
             continue
@@ -178,7 +178,7 @@ def stuck_channel(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
             continue
         expected_holds = len(values) * repeat_share ** (stop - start)
         if expected_holds < rig_kind.stuck_settings.chance:
-            row_range = run.turning_signals.row_range(start, stop - 1)
+            row_range = run.running_signals.row_range(start, stop - 1)
             yield {"channel": channel, "value": values[start], **row_range}
 
 
@@ -223,12 +223,12 @@ def _median_traction_coefficient(run: MeasuredRun, rig_kind: TractionRig) -> flo
 
 
 @gate
-def no_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def no_traction(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction coefficients of the sliding plateaus are smaller than those of any oil."""
     yield from _small_traction(run, rig_kind, rig_kind.gate_limits.sliding_traction_min)
 
 
-def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float) -> RefusalFields:
+def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float) -> FindingFields:
     """A median traction coefficient below a limit, with the units that would explain it."""
     median_mu = _median_traction_coefficient(run, rig_kind)
 
@@ -244,7 +244,7 @@ def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float)
 
 
 @gate
-def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The zero moves, but the traction is too large by more than a zero explains."""
     if run.refusal is None or run.refusal.rule != "zero_drift":
         return
@@ -257,7 +257,7 @@ def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalField
 
 
 @gate
-def swapped_sign(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def swapped_sign(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction force acts against the slip."""
     along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
     along_slip_n = along_slip_n[_is_sliding(run, rig_kind)]
@@ -267,7 +267,7 @@ def swapped_sign(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
 
 
 @gate
-def sign_changes(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def sign_changes(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction force acts against the slip in one part of the run and along it in another."""
     plateaus = run.plateaus
     slip = plateaus["slide_roll_ratio"]
@@ -300,14 +300,14 @@ def _branches_in_direction(
 ) -> list[tuple[FloatArray, FloatArray]]:
     """Rising slips and traction coefficients of each branch of a sweep, in one direction of slip.
 
-    A sweep turns back at its inner extreme: one branch ends there, and another begins. The one with
+    A sweep reverses at its inner extreme: one branch ends there, and another begins. The one with
     rising slip is the first of the two. With fewer than `branch_points` plateaus on either side of
     the extreme, the sweep has one branch.
     """
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     is_judged = np.isfinite(slip) & np.isfinite(mu) & (run.plateaus[DIRECTION_COLUMN] == direction)
-    # rolling before and after a sweep is no turn of it
+    # rolling before and after a sweep is no reversal of it
     is_judged &= slip > rig_kind.zero_settings.max_slide_roll_ratio
     slip = slip[is_judged]
     mu = mu[is_judged]
@@ -316,10 +316,10 @@ def _branches_in_direction(
     if len(slip) >= 2 * fewest_plateaus:
         extreme_index = np.array([np.argmax(slip), np.argmin(slip)])
         distance_from_end = np.minimum(extreme_index, len(slip) - 1 - extreme_index)
-        turn_index = int(extreme_index[np.argmax(distance_from_end)])
+        reversal_index = int(extreme_index[np.argmax(distance_from_end)])
         if distance_from_end.max() >= fewest_plateaus:
-            slices_of_branches = [slice(turn_index + 1), slice(turn_index, None)]
-            if slip[turn_index] == slip.min():
+            slices_of_branches = [slice(reversal_index + 1), slice(reversal_index, None)]
+            if slip[reversal_index] == slip.min():
                 # the slip falls first
                 slices_of_branches.reverse()
     branches = []
@@ -330,10 +330,10 @@ def _branches_in_direction(
 
 
 @gate
-def saturated(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def saturated(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """A sensor is at the end of its range for part of the run."""
     for channel in (run.rig_kind.sensor, run.rig_kind.channels[0]):
-        values = run.turning_signals[channel.column]
+        values = run.running_signals[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             index_at_extreme = np.flatnonzero(values == extreme)
             share = len(index_at_extreme) / max(len(values), 1)
@@ -348,7 +348,7 @@ def saturated(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
                 and _is_piled_up(values, extreme, rig_kind.gate_limits.piled_up_factor)
                 and is_noise(without_repeats(np.delete(values, index_at_extreme)))
             ):
-                row_range = run.turning_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
+                row_range = run.running_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
                 yield {"channel": channel, "extreme": extreme, "share": share, **row_range}
 
 
@@ -366,14 +366,14 @@ def _is_piled_up(values: FloatArray, extreme: float, factor: float) -> bool:
 
 
 @gate
-def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The sensor gives exactly the same reading again and again.
 
     Settled readings are means without noise: those of a flat curve may be equal.
     """
     if run.is_settled:
         return
-    values = run.turning_signals[run.rig_kind.sensor.column]
+    values = run.running_signals[run.rig_kind.sensor.column]
     start, stop = _suspicious_hold(values, run, rig_kind)
     if start == stop:
         return
@@ -385,11 +385,11 @@ def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
             f"; it moves in steps of {smallest_step:.2g}: log it with more digits, if that is its "
             "last one"
         )
-    yield {"value": values[start], "hint": hint, **run.turning_signals.row_range(start, stop - 1)}
+    yield {"value": values[start], "hint": hint, **run.running_signals.row_range(start, stop - 1)}
 
 
 @gate
-def temperature_drift(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def temperature_drift(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The inlet temperature differs between the plateaus of one run."""
     temperature_c = run.plateaus["inlet_temperature_c"]
     least_c = np.fmin.reduce(temperature_c, initial=np.inf)
@@ -399,7 +399,7 @@ def temperature_drift(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
 
 
 @gate
-def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The plateaus have two loads or two speeds, each in several of them."""
     limits = rig_kind.settings.same_condition
     speed = Channel("entrainment_speed_m_s", "speed", "m/s")
@@ -456,7 +456,7 @@ def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plat
 
 
 @gate
-def branches_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def branches_differ(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction coefficients of rising and falling slip do not agree."""
     differences, _ = _branch_differences(run, rig_kind)
     # the median, because other gates judge single wild points
@@ -488,7 +488,7 @@ def _branch_differences(run: MeasuredRun, rig_kind: TractionRig) -> tuple[FloatA
 
 
 @gate
-def directions_differ(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def directions_differ(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction coefficients of positive and negative slip do not have the same size."""
     if run.refusal is not None and run.refusal.rule == "zero_left":
         # which names the cause
@@ -516,20 +516,20 @@ _FEWEST_CHANGES = 60
 
 
 @WARNINGS.gate
-def little_traction(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def little_traction(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction is less than that of usual oils, though not impossible."""
     yield from _small_traction(run, rig_kind, rig_kind.gate_limits.sliding_traction_usual)
 
 
 @WARNINGS.gate
-def zero_on_trust(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def zero_on_trust(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """Nothing in settled readings shows that their zero was removed."""
     if run.is_settled and not shows_its_zero(run, rig_kind.zero_settings):
         yield {}
 
 
 @WARNINGS.gate
-def drift_not_seen(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def drift_not_seen(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The zero was taken on one side of the run alone, so that nothing shows its drift."""
     if len(run.zero_phases) == 1:
         (phase_name,) = run.zero_phases
@@ -540,7 +540,7 @@ def drift_not_seen(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
 
 
 @WARNINGS.gate
-def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The slip is a continuous ramp, and the lag of the force was taken off."""
     if run.force_lag is not None:
         lag = run.force_lag
@@ -560,7 +560,7 @@ def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
 
 
 @WARNINGS.gate
-def branches_apart(run: MeasuredRun, rig_kind: TractionRig) -> RefusalFields:
+def branches_apart(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branch_differences(run, rig_kind)
     is_sliding = np.abs(mu) > rig_kind.gate_limits.sliding_traction_min
@@ -582,12 +582,12 @@ def _noise_of_samples(run: MeasuredRun) -> FloatArray:
     """
     if run.is_settled:
         return np.empty(0)
-    readings = run.turning_signals[run.rig_kind.sensor.column]
+    readings = run.running_signals[run.rig_kind.sensor.column]
     return np.abs(np.diff(readings, 2)) / np.sqrt(6)
 
 
 @WARNINGS.gate
-def noisy_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def noisy_sensor(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The readings scatter by a large share of what is measured."""
     noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
@@ -600,12 +600,12 @@ def noisy_sensor(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @WARNINGS.gate
-def soft_saturation(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def soft_saturation(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The sensor has less noise at its largest readings: its amplifier compresses them."""
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
         return
-    reading_sizes = np.abs(run.turning_signals[run.rig_kind.sensor.column][1:-1])
+    reading_sizes = np.abs(run.running_signals[run.rig_kind.sensor.column][1:-1])
     largest_size = np.quantile(reading_sizes, _LARGEST_QUANTILE)
     is_small = reading_sizes < _SMALL_SHARE * largest_size
     is_large = reading_sizes > _LARGE_SHARE * largest_size
@@ -620,7 +620,7 @@ def soft_saturation(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
 
 
 @WARNINGS.gate
-def uneven_clock(run: MeasuredRun, rig_kind: RigKind) -> RefusalFields:
+def uneven_clock(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """Rows have a fixed interval, with a few exceptions: a digit of their time may be wrong.
 
     An earlier gate refuses time stamps that do not increase.

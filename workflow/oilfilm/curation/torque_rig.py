@@ -98,7 +98,7 @@ class TorqueRig(RigKind):
             stops,
             phase_signals=signals,
             phases={"opening": slice(0, start), "closing": slice(stop, len(signals))},
-            turning_selection=is_turning,
+            running_selection=is_turning,
             short_level_refusals=short_level_refusals,
         )
 
