@@ -103,6 +103,41 @@ def test_matrix_with_names_of_its_columns_is_read(read, name: str) -> None:
         np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665)
 
 
+@pytest.mark.parametrize(
+    "beside",
+    [
+        {"load_limits": [0.0, 50], "slip_range": [0, 0.5]},
+        {f"limits_{number}": [0.0, 50] for number in range(7)},
+        {"mu": MATRIX[:, 2] / MATRIX[:, 1], "slip": np.zeros(ROWS)},
+    ],
+    ids=["two short vectors", "more than columns", "two long vectors"],
+)
+def test_vectors_beside_a_larger_matrix_do_not_hide_it(read, beside: dict[str, Any]) -> None:
+    (run,) = read(mat({**beside, "data": MATRIX, "colheaders": NAMES, "oil": "4102"})).runs
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665)
+
+
+def test_longest_of_equally_many_vectors_are_the_table(read) -> None:
+    short = {f"limits_{number}": [0.0, 50] for number in range(len(NAMED))}
+    logs = {**short, **NAMED}, {**NAMED, **short}
+    assert [len(read(mat({**log, "oil": "4102"})).runs[0]) for log in logs] == [ROWS, ROWS]
+
+
+def test_units_of_a_matrix_are_those_of_its_columns_whatever_cells_are_beside_it(read) -> None:
+    # with the names there are as many cell arrays as columns
+    cells = {f"textdata_{number}": ["a", "b"] for number in range(5)}
+    cells |= {"colheaders": list(VALUES), "units": UNITS}
+    beside = {name: np.array(texts, dtype=object) for name, texts in cells.items()}
+    (run,) = read(mat({**beside, "data": MATRIX, "oil": "4102"})).runs
+    np.testing.assert_allclose(run.samples["load_n"], VALUES["load"] * 9.80665)
+
+
+@pytest.mark.parametrize("value", [np.nan, 1.25 + 0.1j])
+def test_number_that_is_not_known_or_not_real_is_no_header_key(read, value: complex) -> None:
+    (run,) = read(mat({**NAMED, "oil": "4102", "max_hertz_pressure_gpa": value})).runs
+    assert run.set_points.get("max_hertz_pressure_gpa") is None
+
+
 def test_structures_and_their_arrays_are_runs(read) -> None:
     first = {**NAMED, "oil": "4102", "load_n_set": 20}
     second = {**{name: column[:10] for name, column in NAMED.items()}, "oil": "4050"}

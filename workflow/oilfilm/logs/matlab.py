@@ -144,9 +144,12 @@ def _tables(variables: Mapping[str, Any]) -> Iterator[LoggedTable]:
 def _table(
     run_name: str, variables: Mapping[str, Any], text_of_key: Mapping[str, str]
 ) -> LoggedTable | None:
-    """A table of the vectors of equal length among some variables, or of a matrix; else None."""
+    """A table of vectors of equal length, or of a matrix if it has more numbers; else None."""
     vector_of_name = _vectors(variables)
-    column_of_name = _columns_of_table(vector_of_name) or _columns_of_matrix(variables)
+    column_of_name = _columns_of_table(vector_of_name)
+    column_of_matrix = _columns_of_matrix(variables)
+    if _number_count(column_of_matrix) > _number_count(column_of_name):
+        column_of_name = vector_of_name = column_of_matrix
     if not column_of_name:
         return None
     row_count = len(next(iter(column_of_name.values())))
@@ -183,15 +186,23 @@ def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
 
 
 def _columns_of_table(vector_of_name: Mapping[str, Values]) -> dict[str, Values]:
-    """Name -> vector, for vectors of the most frequent length; empty without numbers."""
+    """Name -> vector, for vectors of the most frequent length; empty without numbers.
+
+    Of lengths that are as frequent, the largest counts.
+    """
     lengths = [len(vector) for vector in vector_of_name.values() if vector.dtype.kind in "iuf"]
     if not lengths:
         return {}
-    length = max(dict.fromkeys(lengths), key=lengths.count)
+    length = max(lengths, key=lambda length: (lengths.count(length), length))
     # one vector is no table
     if lengths.count(length) < 2:
         return {}
     return {name: vector for name, vector in vector_of_name.items() if len(vector) == length}
+
+
+def _number_count(column_of_name: Mapping[str, Values]) -> int:
+    """Number of all numbers in some columns."""
+    return sum(column.size for column in column_of_name.values() if column.dtype.kind in "iuf")
 
 
 def _units_of_columns(
@@ -259,11 +270,11 @@ def _header_items(variables: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
 
 
 def _text(cell: Any) -> str:
-    """The text of a cell; empty for anything but a text or a number."""
+    """The text of a cell; empty for anything but a text or a real number, and for NaN."""
     while isinstance(cell, np.ndarray) and cell.size == 1:
         cell = cell.reshape(-1)[0]
     if isinstance(cell, (str, np.str_)):
         return str(cell).strip()
-    if isinstance(cell, (int, float, np.number)):
+    if isinstance(cell, (int, float, np.integer, np.floating)) and not np.isnan(cell):
         return text_of_value(float(cell))
     return ""
