@@ -16,7 +16,7 @@ from nights import examples
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs import raw_files
 
-LOGS = ["12:30 \u6cb9.csv", "a.csv", "june/a.csv", "june/runs.csv"]
+LOGS = ["12:30 \u6cb9.csv", "a.csv", "a/z.csv", "june/a.csv", "june/runs.csv"]
 OTHERS = ["README.md", "README", ".hidden.csv", "runs.csv", "~$a.xlsx", "june/.x"]
 
 
@@ -28,7 +28,7 @@ def test_every_file_is_a_log_or_passed_over_by_its_name(logs: set[str], others: 
         for name in logs | others:
             (folder / name).parent.mkdir(exist_ok=True)
             (folder / name).write_text("x")
-        assert raw_files.raw_log_names(folder) == sorted(logs)
+        assert raw_files.raw_log_names(folder) == sorted(logs, key=lambda name: Path(name).parts)
         assert {
             name for name in logs | others if raw_files.is_passed_over(folder / name, folder)
         } == others
@@ -42,6 +42,12 @@ def test_name_that_a_release_could_not_hold_is_refused(tmp_path: Path, name: byt
         pytest.skip("this file system has no such names")
     with pytest.raises(OilfilmError, match="Rename it"):
         raw_files.raw_log_names(tmp_path)
+
+
+def test_name_of_a_log_is_one_line_of_a_listing() -> None:
+    all_characters = "".join(map(chr, range(1 << 16)))
+    line_ends = {line[-1] for line in all_characters.splitlines(keepends=True)[:-1]}
+    assert all(raw_files.name_fault(f"a{line_end}b.csv", "p") for line_end in line_ends)
 
 
 def dangling(path: Path) -> None:
@@ -75,20 +81,52 @@ def test_log_that_cannot_be_reached_is_named_and_never_left_out(
     assert [problem in line for line in str(error.value).splitlines()] == [True, True]
 
 
-def test_subfolder_without_rights_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("owner", "operation", "denied", "named"),
+    [
+        (os, "scandir", "raw/june", "raw/june"),
+        (os, "scandir", "raw", "raw"),
+        # a folder that may be listed and not entered
+        (Path, "stat", "raw/june/a.csv", "raw/june/a.csv"),
+        (Path, "stat", "raw/runs.csv", "raw/runs.csv"),
+    ],
+    ids=["subfolder", "raw folder", "file of a folder", "run sheet"],
+)
+def test_path_without_rights_is_named(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    owner: Any,
+    operation: str,
+    denied: str,
+    named: str,
+) -> None:
     """As an ordinary user sees it: tests may run with the rights to read everything."""
-    (tmp_path / "june").mkdir()
-    (tmp_path / "a.csv").write_text("x")
-    scan = os.scandir
+    (tmp_path / "raw/june").mkdir(parents=True)
+    for name in ("june/a.csv", "b.csv", "runs.csv"):
+        (tmp_path / "raw" / name).write_text("x")
+    unpatched = getattr(owner, operation)
 
-    def denied(path: Any) -> Any:
-        if Path(path).name == "june":
+    def denying(path: Any, *args: Any, **options: Any) -> Any:
+        if Path(path) == tmp_path / denied:
             raise PermissionError(errno.EACCES, "Permission denied", str(path))
-        return scan(path)
+        return unpatched(path, *args, **options)
 
-    monkeypatch.setattr(os, "scandir", denied)
-    with pytest.raises(OilfilmError, match=r"june: cannot be read \(Permission denied\)"):
-        raw_files.raw_log_names(tmp_path)
+    monkeypatch.setattr(owner, operation, denying)
+    with pytest.raises(OilfilmError) as error:
+        raw_files.raw_log_names(tmp_path / "raw")
+        raw_files.find_run_sheet(tmp_path / "raw")
+    assert str(error.value).startswith(f"{tmp_path / named}: cannot be read (Permission denied)")
+
+
+@pytest.mark.parametrize("make", [dangling, to_secret, Path.mkdir, os.mkfifo])
+def test_run_sheet_that_is_no_file_of_its_folder_is_named(
+    tmp_path: Path, make: Callable[[Path], None]
+) -> None:
+    folder = tmp_path / "raw"
+    folder.mkdir()
+    make(folder / "runs.tsv")
+    with pytest.raises(OilfilmError, match=r"runs\.tsv: is a "):
+        raw_files.find_run_sheet(folder)
 
 
 def test_log_that_is_added_moves_no_other_one_to_another_share() -> None:
@@ -136,6 +174,9 @@ def test_logs_are_read_with_the_digests_that_a_job_expects_or_the_twin_wrote(
     read = logs(provenance_digests=inputs)
     assert list(read) == [("a.csv", b"abc")]
     assert read.digest_of_path() == {"data/raw/june/a.csv": ABC}
+    assert inputs == {"data/raw/june/a.csv": ABC[:16]}
+    inputs.clear()
+    assert list(read.select(["a.csv", "b.csv"])) == [("a.csv", b"abc")]
     assert inputs == {"data/raw/june/a.csv": ABC[:16]}
     assert list(logs(is_simulated=True)) == [("a.csv", b"abc")]
     log.write_text("abd")

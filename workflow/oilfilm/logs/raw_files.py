@@ -7,7 +7,7 @@ import hashlib
 import os
 import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import BinaryIO
 
@@ -21,20 +21,20 @@ TOO_LITTLE_MEMORY = (
     "the memory does not suffice to read it. Give the program more memory, or end other programs."
 )
 _BLOCK_BYTES = 1 << 20
-# Number of faults or names in a message; the others are counted.
+# Number of faults or names in a message. Further faults are counted, for further names are dots.
 _MOST_LISTED = 20
 # Excel writes such a file beside a workbook that is open.
 _LOCK_FILE_PREFIX = "~$"
 # Snakemake takes braces for wildcards and angle brackets for its own paths. A manifest takes
-# backslashes for folders. Control characters and changes of direction deceive the reader of a
-# listing. Python writes bytes that are no UTF-8 as surrogates.
+# backslashes for folders. Control characters, ends of lines and changes of direction deceive the
+# reader of a listing. Python writes bytes that are no UTF-8 as surrogates.
 _UNFIT_CHARACTER = re.compile(
-    r"[{}<>\\\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u202a-\u202e\u2066-\u2069\ud800-\udfff]"
+    r"[{}<>\\\x00-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ud800-\udfff]"
 )
 
 
 def raw_log_names(folder: Path) -> list[str]:
-    """Names of all logs of a campaign, sorted: their paths below its raw folder.
+    """Names of all logs of a campaign: their paths below its raw folder, sorted part by part.
 
     Hidden files, README files and the run sheet are not logs.
 
@@ -52,17 +52,17 @@ def raw_log_names(folder: Path) -> list[str]:
     return list(fault_of_log)
 
 
-def faults_error(faults: Sequence[str], path: Path, plural: str) -> OilfilmError:
+def faults_error(faults: Sequence[str], path: Path, faults_in_words: str) -> OilfilmError:
     """One error for the many faults of a folder or file, one per line.
 
     Args:
         faults: Sentences.
         path: The folder or file.
-        plural: Word for the faults that are counted only, as in `3 more mistakes`.
+        faults_in_words: Word for the faults that are counted only, as in `3 more mistakes`.
     """
     lines = list(faults[:_MOST_LISTED])
     if len(faults) > _MOST_LISTED:
-        lines.append(f"{path}: {len(faults) - _MOST_LISTED} more {plural}")
+        lines.append(f"{path}: {len(faults) - _MOST_LISTED} more {faults_in_words}")
     return OilfilmError("\n".join(lines))
 
 
@@ -76,27 +76,31 @@ def log_names_and_faults(folder: Path) -> Iterator[tuple[str, str]]:
     """Path of each log, relative to a raw folder, and why it cannot be used (empty where it can).
 
     Raises:
-        OilfilmError: The folder is missing.
+        OilfilmError: The folder is missing or cannot be read.
     """
-    if not folder.is_dir():
-        raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
-    reason_of_path: dict[Path, str] = {}
+    error_of_folder: dict[Path, OSError] = {}
 
     def note_error(error: OSError) -> None:
-        reason_of_path[Path(error.filename)] = (
-            f"cannot be read ({error.strerror}). Check its rights."
-        )
+        error_of_folder[Path(error.filename)] = error
 
     paths: list[Path] = []
     for parent, folder_names, file_names in os.walk(folder, onerror=note_error):
         paths += [Path(parent, name) for name in (*folder_names, *file_names)]
+    error = error_of_folder.get(folder)
+    if isinstance(error, (FileNotFoundError, NotADirectoryError)):
+        raise OilfilmError(f"{folder}: there is no such folder. Make it and put the logs there.")
+    if error is not None:
+        raise OilfilmError(f"{folder}: {_access_fault(error)}")
     for path in sorted(paths):
         if is_passed_over(path, folder):
             continue
         name = path.relative_to(folder).as_posix()
-        problem = reason_of_path.get(path, "") or _why_unreachable(path, folder)
-        if problem:
-            yield name, f"{path}: {problem}"
+        if path in error_of_folder:
+            fault = _access_fault(error_of_folder[path])
+        else:
+            fault = _reach_fault(path, folder)
+        if fault:
+            yield name, f"{path}: {fault}"
         elif not path.is_dir():
             yield name, name_fault(name, path)
 
@@ -108,14 +112,23 @@ def is_passed_over(path: Path, folder: Path) -> bool:
     return is_hidden or path.stem.upper() == "README" or is_run_sheet_of(path, folder)
 
 
-def _why_unreachable(path: Path, folder: Path) -> str:
+def _access_fault(error: OSError) -> str:
+    """Why a file or folder cannot be read, by the error of the attempt."""
+    return f"cannot be read ({error.strerror}). Check its rights, and those of its folder."
+
+
+def _reach_fault(path: Path, folder: Path) -> str:
     """Why a path with the name of a log or folder cannot be read; empty where it can."""
+    try:
+        path.stat()
+    except PermissionError as error:
+        return _access_fault(error)
+    except OSError:
+        return "is a link to a file that is not there. Fetch the file, or take the link out."
     if path.is_dir():
         if path.is_symlink():
             return f"is a link to a folder. Copy the logs into {folder}."
         return ""
-    if not path.exists():
-        return "is a link to a file that is not there. Fetch the file, or take the link out."
     if not path.is_file():
         return "is a pipe or a device, expected a file. Take it out."
     if not path.resolve().is_relative_to(folder.resolve()):
@@ -140,7 +153,7 @@ def name_fault(name: str, path: Path | str) -> str:
 
 
 def is_run_sheet_of(path: Path, folder: Path) -> bool:
-    """Whether a file of a campaign's raw folder is its run sheet."""
+    """Whether a path in a campaign's raw folder is its run sheet."""
     return path.parent == folder and path.name.lower() in _RUN_SHEET_NAMES
 
 
@@ -148,19 +161,20 @@ def find_run_sheet(folder: Path) -> Path | None:
     """The run sheet of a campaign's raw folder; None where it has none.
 
     Raises:
-        OilfilmError: There are several, or it is a link that leads out of the folder.
+        OilfilmError: There are several, or it is no file of the folder.
     """
-    paths = sorted(folder.glob("*"))
-    sheets = [path for path in paths if is_run_sheet_of(path, folder) and path.is_file()]
+    sheets = [path for path in sorted(folder.glob("*")) if is_run_sheet_of(path, folder)]
     if len(sheets) > 1:
         names = " and ".join(path.name for path in sheets)
         raise OilfilmError(f"{folder}: has the run sheets {names}. Leave one of them.")
     if not sheets:
         return None
     sheet = sheets[0]
-    problem = _why_unreachable(sheet, folder)
-    if problem:
-        raise OilfilmError(f"{sheet}: {problem}")
+    fault = _reach_fault(sheet, folder)
+    if not fault and sheet.is_dir():
+        fault = "is a folder with the name of a run sheet, expected a file. Rename it."
+    if fault:
+        raise OilfilmError(f"{sheet}: {fault}")
     return sheet
 
 
@@ -229,12 +243,12 @@ class RawLogs:
         return "has changed while it was read. When it is complete, run snakemake again."
 
     def select(self, names: Collection[str]) -> "RawLogs":
-        """The logs with these names."""
+        """The logs with these names; reading them fills the digests of these logs."""
         names_selected = set(names)
         path_of_log = {
             name: path for name, path in self.path_of_log.items() if name in names_selected
         }
-        return RawLogs(self.folder, path_of_log, self.expected_digest_of_log, self.is_simulated)
+        return replace(self, path_of_log=path_of_log)
 
     def digest_of_path(self) -> dict[str, str]:
         """Path of each log that has been read, from the top folder -> its sha256."""
@@ -261,8 +275,8 @@ def read_listings(*paths: Path) -> dict[str, str]:
 def logs_by_share(names: Sequence[str], logs_per_share: int) -> dict[int, list[str]]:
     """The logs of each share of the work, by its number; no share is empty.
 
-    The share of a log depends on its name and on the number of shares. The number is a power of
-    two: an added or removed log moves no other log until the campaign has doubled.
+    The share of a log depends on its name and on the number of shares. This number is the smallest
+    power of two that is enough: an added or removed log moves other logs only where it changes.
 
     Args:
         names: Names of the logs.
