@@ -29,7 +29,8 @@ ROOT = Path(__file__).parents[2]
 @pytest.fixture
 def folder(tmp_path: Path) -> Path:
     shutil.copytree(ROOT / "config", tmp_path / "config")
-    shutil.copy(LABORATORY / "campaigns/laboratory.yaml", tmp_path / "config/campaigns")
+    for name in ("laboratory", "simulated"):
+        shutil.copy(LABORATORY / f"campaigns/{name}.yaml", tmp_path / "config/campaigns")
     return tmp_path / "config"
 
 
@@ -66,7 +67,7 @@ def test_a_law_that_needs_the_oil_is_refused_for_fits_with_the_reason(folder: Pa
 
 
 CONFIG, OWN = "config.yaml", "campaigns/laboratory.yaml"
-ETM = "campaigns/etm-slim.yaml"
+ETM, TWIN = "campaigns/etm-slim.yaml", "campaigns/simulated.yaml"
 RIG, OIL = "rigs/ball-on-disc-20mm.yaml", "oils/4102.yaml"
 RIGS, FIRST = "rigs: [pcs-etm]", "coefficients:\n  viscosity_intercept:"
 # File, what stands there, what is written instead, parts of the message.
@@ -100,6 +101,12 @@ MISTAKES = [
     (ETM, RIGS, f"rigs: {'[' * 3000}{']' * 3000}", ["nest"]),
     (ETM, "traction_min: -0.03", f"traction_min: -1{'0' * 5000}", ["a value cannot be read"]),
     (OWN, "gpa: [1.0, 1.25", "gpa: [1000, 1250", ["found 1000", "or less, in GPa"]),
+    (TWIN, "baseline_s: 3.0", "baseline_s: 0.01", ["`twin.baseline_s`", "0.01 s", "50 Hz"]),
+    (TWIN, "step_s: 2.4", "step_s: 0.01", ["`twin.step_s`", "0.01 s", "50 Hz"]),
+    # 2 x 150 rows of rolling, 31 x 120 of slip
+    (TWIN, "spikes: 3", "spikes: 4021", ["`twin.spikes`", "4021", "4020"]),
+    (TWIN, "rest_s: 6.0", "rest_s: 0.02", ["`torque.twin.rest_s`", "0.02 s", "20 Hz"]),
+    (TWIN, "step_s: 8.0", "step_s: 0.02", ["`torque.twin.step_s`", "0.02 s", "20 Hz"]),
     (CONFIG, "lambda_limit: 3.0", "lambda_limit:", ["`gates.lambda_limit`: found nothing"]),
     (CONFIG, "settle_s: 0.8", "settle_s: 1.0e+14", ["plateaus.settle_s`", "86400 or less"]),
     (CONFIG, 'date: "2026-01-10"', 'date: "2026-02-30"', ["a day of the calendar"]),
@@ -140,7 +147,7 @@ def test_mistake_is_told(folder: Path, file: str, old: str, new: str, expected: 
     assert old_text
     path.write_text(f"{before}{new}{after}", "utf-8", "surrogateescape")
     with pytest.raises(OilfilmError) as mistake:
-        resolve(folder, {"campaign": "etm-slim" if file == ETM else "laboratory"})
+        resolve(folder, {"campaign": path.stem if file in (ETM, TWIN) else "laboratory"})
     line = "" if file == ETM else before.count("\n") + 1
     assert str(mistake.value).startswith(f"{path}, line {line}")
     for phrase in expected:

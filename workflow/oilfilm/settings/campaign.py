@@ -3,14 +3,14 @@
 Decides: the keys of a campaign file; the meaning of a rig's signals (sign, slip, zero).
 """
 
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import BeforeValidator, Field, WithJsonSchema
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from oilfilm.base.units import FloatArray
 from oilfilm.settings import quantities as q
-from oilfilm.settings.base import Group, OneOf, key, optional
+from oilfilm.settings.base import Group, OneOf, key, key_error_at, optional
 from oilfilm.settings.config import Matrix
 
 
@@ -206,6 +206,19 @@ class ThermalEhl(Group):
 SamplingRateHz = Annotated[float, Field(gt=0, le=1e6, json_schema_extra={"unit": "Hz"})]
 
 
+def _sample_count(twin: "Twin | TorqueTwin", duration_key: str) -> int:
+    """Number of samples that a twin takes in a time of its settings, at least one."""
+    duration_s = getattr(twin, duration_key)
+    sample_count = round(duration_s * twin.sampling_rate_hz)
+    if sample_count < 1:
+        raise key_error_at(
+            (duration_key,),
+            f"found {duration_s:g} s, in which no sample is taken at {twin.sampling_rate_hz:g} Hz; "
+            "expected one or more. Set a longer time, or a higher `sampling_rate_hz`.",
+        )
+    return sample_count
+
+
 class Twin(Group):
     """How the rig twin simulates the campaign's logs."""
 
@@ -228,6 +241,18 @@ class Twin(Group):
     spikes: int = key("Wild readings of the force per run.", ge=0)
     spike_n: q.ForceErrorN = key("Their size.")
     defects: list[Defect] = key("Planted defects.")
+
+    @model_validator(mode="after")
+    def _has_samples(self) -> Self:
+        row_count = 2 * _sample_count(self, "baseline_s")
+        row_count += self.slip_steps * _sample_count(self, "step_s")
+        if self.spikes > row_count:
+            raise key_error_at(
+                ("spikes",),
+                f"found {self.spikes}, expected at most one for each of the {row_count} rows of a "
+                "run. Set fewer spikes.",
+            )
+        return self
 
 
 class TorqueCalibration(Group):
@@ -271,6 +296,12 @@ class TorqueTwin(Group):
     control_load: q.RelativeError = key("Error of the controlled load, per run.")
     control_temperature_c: q.TemperatureErrorC = key("Error of the controlled temperature.")
     defects: list[TorqueDefect] = key("Planted defects.")
+
+    @model_validator(mode="after")
+    def _has_samples(self) -> Self:
+        for duration_key in ("rest_s", "step_s"):
+            _sample_count(self, duration_key)
+        return self
 
 
 class Torque(Group):
