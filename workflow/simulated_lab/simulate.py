@@ -48,7 +48,7 @@ _DECIMALS = {
 
 
 # The samples of each signal, by its name.
-Signals = dict[str, FloatArray]
+SamplesBySignal = dict[str, FloatArray]
 
 
 class SimulatedLog(NamedTuple):
@@ -126,7 +126,7 @@ def _true_signals(
     contact: Contact,
     time_and_slip: tuple[FloatArray, FloatArray],
     random: np.random.Generator,
-) -> Signals:
+) -> SamplesBySignal:
     """The true signals of a run at each instant, before any sensor."""
     time_s, slip = time_and_slip
     nominal_gpa, nominal_m_s, nominal_c = run.set_points.values()
@@ -151,8 +151,12 @@ def _true_signals(
 
 
 def _sensor_signals(
-    run: SimulatedRun, true_signals: Signals, twin: Twin, rig: Rig, random: np.random.Generator
-) -> Signals:
+    run: SimulatedRun,
+    true_signals: SamplesBySignal,
+    twin: Twin,
+    rig: Rig,
+    random: np.random.Generator,
+) -> SamplesBySignal:
     """The signals as the sensors give them, with the planted defect."""
     full_scale = required_value(rig.full_scale, "full_scale", "the rig")
     load_gain_draw, temperature_draw, zero_draw, drift_draw = random.standard_normal(4)
@@ -199,7 +203,11 @@ def _sensor_signals(
 
 
 def _relative_wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
-    """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory."""
+    """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory.
+
+    It starts near 0. Its standard deviation is 0.31 of `wander` at the first sample of a log of
+    20 Hz, and `wander` after about 3 s.
+    """
     memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
     random_pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
 
@@ -211,7 +219,7 @@ def _relative_wander(time_s: FloatArray, twin: Twin, random: np.random.Generator
     return twin.wander * np.array(values)
 
 
-def log_content(twin_name: str, run: SimulatedRun, signals: Signals) -> bytes:
+def log_content(twin_name: str, run: SimulatedRun, signals: SamplesBySignal) -> bytes:
     """A log as a data logger writes it: header with the set points, column names and rows.
 
     The defect `truncated` cuts it off in the middle of a row, as a full disk does.
@@ -219,7 +227,7 @@ def log_content(twin_name: str, run: SimulatedRun, signals: Signals) -> bytes:
     Args:
         twin_name: Name of the rig twin that simulated it.
         run: The run.
-        signals: Signals by name; a logger writes a fixed number of decimals of each.
+        signals: The samples; a logger writes a fixed number of decimals of each.
     """
     header = [
         f"# simulated: yes - written by the oilfilm {twin_name} twin, not a measurement",
