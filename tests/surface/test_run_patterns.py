@@ -75,6 +75,18 @@ def test_the_likeliest_group_is_the_best_of_all_groups():
         assert score(found) == pytest.approx(max(map(score, groups)))
 
 
+@pytest.mark.parametrize("most_steps", [1, 2, 60])
+def test_score_of_an_improved_group_is_its_own(most_steps, monkeypatch):
+    monkeypatch.setattr(run_patterns, "_MAX_STEPS", most_steps)
+    known = information(1)
+    penalty = 2 * ln_group_counts(RUNS)
+    score, is_member = run_patterns._improved_group(known, 0.3, penalty, np.arange(RUNS) < 2)
+    pattern = is_member.astype(float)
+    power = pattern @ known.matrix_times(pattern) + 0.3
+    direct = (known.vector @ pattern) ** 2 / power - penalty[np.count_nonzero(is_member)]
+    assert score == pytest.approx(direct)
+
+
 def test_labels_of_the_same_runs_are_one_and_the_smaller_of_two_halves_stays():
     few = np.arange(RUNS) < 4
     one = np.arange(RUNS) == 0

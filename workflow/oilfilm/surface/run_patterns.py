@@ -231,7 +231,7 @@ class SeasonPatterns:
         transform_length = 2 * len(self.position_in_time)
         # k of the class docstring: the index of a frequency in a transform of 2 n values
         frequencies = np.arange(2, len(self.position_in_time) + 1)
-        vector = np.fft.fft(information.vector[curves_by_time], transform_length)[frequencies]
+        projections = np.fft.fft(information.vector[curves_by_time], transform_length)[frequencies]
         diagonal = np.fft.fft(information.uncoupled_diagonal[curves_by_time], transform_length)
         diagonal_at_double = diagonal[2 * frequencies % transform_length]
         # cos^2 = (1 + cos 2x)/2, sin^2 = (1 - cos 2x)/2, sin cos = (sin 2x)/2
@@ -248,8 +248,9 @@ class SeasonPatterns:
             sine += sign * np.sum(root.imag**2, axis=1)
             cross -= sign * np.sum(root.real * root.imag, axis=1)
         determinant = sine * cosine - cross**2
-        squares = cosine * vector.imag**2 + sine * vector.real**2
-        return np.asarray((squares + 2 * cross * vector.imag * vector.real) / determinant)
+        squares = cosine * projections.imag**2 + sine * projections.real**2
+        cross_product = 2 * cross * projections.imag * projections.real
+        return np.asarray((squares + cross_product) / determinant)
 
     def pattern_columns(self, pattern_index: int) -> FloatArray:
         """See `Patterns`."""
@@ -359,7 +360,7 @@ def likeliest_group(information: EffectInformation, prior_precision: float) -> B
     runs that change sides, and by pairs of runs that change places.
 
     Args:
-        information: What the points say of the effects.
+        information: What the points say of the effects of four runs or more.
         prior_precision: Prior inverse variance of the size of a change.
 
     Returns:
@@ -368,13 +369,13 @@ def likeliest_group(information: EffectInformation, prior_precision: float) -> B
     run_count = len(information.vector)
     penalty = 2 * ln_group_counts(run_count)
     diagonal = information.diagonal()
-    starts = []
+    start_groups = []
     for estimated_effects in (
         information.vector,
         information.vector / np.maximum(diagonal, _SMALLEST_DIVISOR),
     ):
-        for direction in (1, -1):
-            sorted_runs = np.argsort(direction * estimated_effects, kind="stable")
+        for sort_sign in (1, -1):
+            sorted_runs = np.argsort(sort_sign * estimated_effects, kind="stable")
             rank_of_run = np.empty(run_count, dtype=np.int64)
             rank_of_run[sorted_runs] = np.arange(run_count)
             group_sizes = np.arange(2, run_count // 2 + 1)
@@ -383,9 +384,9 @@ def likeliest_group(information: EffectInformation, prior_precision: float) -> B
                 cuts.twice_ln_likelihood_ratios(information, prior_precision) - penalty[group_sizes]
             )
             for size_index in np.argsort(-scores, kind="stable")[:_STARTS_PER_ORDER]:
-                starts.append(rank_of_run < group_sizes[size_index])
+                start_groups.append(rank_of_run < group_sizes[size_index])
     improved_groups = [
-        _improved_group(information, prior_precision, penalty, start) for start in starts
+        _improved_group(information, prior_precision, penalty, group) for group in start_groups
     ]
     best_index = int(first_largest([score for score, _ in improved_groups]))
     _, is_member = improved_groups[best_index]
@@ -407,7 +408,7 @@ def _improved_group(
         is_member: Whether each run is in the group at the start, shape (curves,).
     """
     run_count = len(is_member)
-    is_member = is_member.copy()
+    is_new_member = is_member
     diagonal = information.diagonal()
     # W in full, for pairs of runs that change places; None where there are too many runs for that
     w_matrix = None
@@ -415,19 +416,20 @@ def _improved_group(
         w_matrix = information.matrix_times(np.eye(run_count))
     score = -np.inf
     for _ in range(_MAX_STEPS):
-        pattern = is_member.astype(float)
+        pattern = is_new_member.astype(float)
         w_times_pattern = information.matrix_times(pattern)
         projection = float(information.vector @ pattern)
         size_precision = float(w_times_pattern @ pattern) + prior_precision
-        present_score = projection**2 / size_precision - penalty[np.count_nonzero(is_member)]
+        present_score = projection**2 / size_precision - penalty[np.count_nonzero(is_new_member)]
         if present_score <= score + 1e-6:
             break
         score = present_score
+        is_member = is_new_member
         # -1 for a run that would leave the group, 1 for one that would join it
-        direction = np.where(is_member, -1.0, 1.0)
-        new_projections = projection + direction * information.vector
-        new_size_precisions = size_precision + 2 * direction * w_times_pattern + diagonal
-        new_count = np.count_nonzero(is_member) + direction.astype(np.int64)
+        change_sign = np.where(is_member, -1.0, 1.0)
+        new_projections = projection + change_sign * information.vector
+        new_size_precisions = size_precision + 2 * change_sign * w_times_pattern + diagonal
+        new_count = np.count_nonzero(is_member) + change_sign.astype(np.int64)
         is_allowed = (new_count >= 2) & (new_count < len(penalty))
         single_scores = (
             new_projections**2 / new_size_precisions - penalty[new_count.clip(0, run_count // 2)]
@@ -451,5 +453,6 @@ def _improved_group(
                 changed_runs = [int(leaving[leaver]), int(joining[joiner])]
         if best_score <= score:
             break
-        is_member[changed_runs] ^= True
+        is_new_member = is_member.copy()
+        is_new_member[changed_runs] ^= True
     return score, is_member

@@ -26,10 +26,11 @@ _TABLE_NAMES_BY_NEED: dict[tuple[str, ...], tuple[str, ...]] = {
         "size_effect",
         "test_plan",
     )
+} | {
+    (package_name, *needed_parts): table_names
+    for package_name in studies.available()
+    for needed_parts, table_names in studies.table_names_by_need(package_name).items()
 }
-for package_name in studies.available():
-    for needed_parts, table_names in studies.table_names_by_need(package_name).items():
-        _TABLE_NAMES_BY_NEED[package_name, *needed_parts] = table_names
 # Names of the tables that one fit writes: one fit per oil and law.
 FIT_TABLES = (
     "coefficients",
@@ -47,7 +48,10 @@ OPTIONAL_TABLES = tuple(chain.from_iterable(_TABLE_NAMES_BY_NEED.values()))
 
 
 def lacking_table_names(campaign: Campaign) -> frozenset[str]:
-    """The names of the tables that a campaign does not have, because it lacks a part they need."""
+    """The names of the tables that a campaign does not have, because it lacks a part they need.
+
+    A part is a study, the torque logs, or the rig twin: the settings that simulate the logs.
+    """
     present_parts = set(campaign.studies)
     if campaign.torque is not None:
         present_parts.add("torque")
