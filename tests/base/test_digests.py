@@ -34,15 +34,19 @@ FORMULAS = {
 }
 
 
-@pytest.fixture
-def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
-    """A copy of the library behind the scripts, which a test may change."""
-    packages = tmp_path / "workflow"
+@pytest.fixture(scope="module")
+def library(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Path]:
+    """A copy of the library behind the scripts, in which a test may change one file."""
+    packages = tmp_path_factory.mktemp("packages")
     shutil.copytree(ROOT / "workflow/oilfilm", packages / "oilfilm")
-    monkeypatch.setattr(studies, "PACKAGES", packages)
-    for cached in (digests._module_files, digests._file_code):
-        cached.cache_clear()
-    yield packages / "oilfilm"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(studies, "PACKAGES", packages)
+        forget_files()
+        yield packages / "oilfilm"
+    forget_files()
+
+
+def forget_files() -> None:
     for cached in (digests._module_files, digests._file_code):
         cached.cache_clear()
 
@@ -53,8 +57,17 @@ def digest_of_changed_code(file: Path, old: str, new: str, script: str) -> tuple
     text = file.read_text(encoding="utf-8")
     assert old in text
     file.write_text(text.replace(old, new, 1), encoding="utf-8")
-    digests._file_code.cache_clear()
-    return digest_before, digests.code_digest(SCRIPTS / script)
+    cached = digests._file_code
+
+    def with_the_changed_file(path: Path) -> digests._FileCode:
+        return cached.__wrapped__(path) if path == file else cached(path)
+
+    try:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr(digests, "_file_code", with_the_changed_file)
+            return digest_before, digests.code_digest(SCRIPTS / script)
+    finally:
+        file.write_text(text, encoding="utf-8")
 
 
 @pytest.mark.parametrize("module", FORMULAS)
