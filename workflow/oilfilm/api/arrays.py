@@ -7,7 +7,7 @@ Decides: fits on arrays.
 
 import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -51,7 +51,7 @@ from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
 _LOAD = "load_n"
-# Name of the oil in the tables of every fit. Saving the fit replaces it there by the oil's own name.
+# Name of the oil in the tables of every fit. Saving the fit replaces it there by the true name.
 # It is also the name of an oil that the caller does not name.
 _OIL_IN_TABLES = "oil"
 # Number of points at which a curve of the law is evaluated for a plot.
@@ -237,18 +237,29 @@ class ArrayFit:
         frame = self.points.assign(fitted=fitted_mu, **intervals)
         return frame.assign(residual=frame[_MU] - frame["fitted"])
 
-    def predict(self, *conditions_and_slip: Any, level: float = CONFIDENCE) -> Prediction:
+    def predict(
+        self,
+        max_hertz_pressure: Any,
+        entrainment_speed: Any,
+        inlet_temperature: Any,
+        slide_roll_ratio: Any,
+        level: float = CONFIDENCE,
+    ) -> Prediction:
         """mu with its interval, as `FittedLaw.predict_at`.
 
         Args:
-            conditions_and_slip: P in GPa, U in m/s, T in degC and S, in this order, as numbers,
-                arrays or quantities of pint.
+            max_hertz_pressure: P in GPa: numbers, arrays or quantities of pint.
+            entrainment_speed: U in m/s.
+            inlet_temperature: T in degC.
+            slide_roll_ratio: S.
             level: Confidence level.
 
         Raises:
             OilfilmError: A quantity has a unit of something else.
         """
-        return self.law.predict_at(*conditions_and_slip, level=level)
+        return self.law.predict_at(
+            max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio, level
+        )
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports for bearing codes, a summary and a report into a new folder.
@@ -485,14 +496,7 @@ def fit_points(
             conditions.
     """
     law_names = [name for name, law in LAWS.items() if law.conditions == condition_names]
-    if law_name not in law_names:
-        names = ", ".join(law_names)
-        reason = reason_for_comparison_only(law_name)
-        if reason:
-            raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
-        raise OilfilmError(
-            f"there is no law {law_name!r} of these conditions; the laws are {names}."
-        )
+    refuse_unknown_law(law_name, law_names)
     for column in (*condition_names, SLIP, _MU):
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
     config = read_config(CONFIG)
@@ -522,6 +526,25 @@ def fit_points(
         fit_tables = fit_tables.replace(fit_quality=quality)
     fit_tables = with_surface(fit_tables, _OIL_IN_TABLES, config)
     return ArrayFit(points, fit_tables, fit_settings, notes)
+
+
+def refuse_unknown_law(law_name: str, law_names: Collection[str]) -> None:
+    """Refuse a law that cannot be fitted to points.
+
+    Args:
+        law_name: Name of the law.
+        law_names: Names of the laws that can be fitted.
+
+    Raises:
+        OilfilmError: It is none of them.
+    """
+    if law_name in law_names:
+        return
+    names = ", ".join(law_names)
+    reason = reason_for_comparison_only(law_name)
+    if reason:
+        raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
+    raise OilfilmError(f"there is no law {law_name!r} for these points; the laws are {names}.")
 
 
 def _run_names(run_of_point: npt.ArrayLike) -> npt.NDArray[np.str_]:
