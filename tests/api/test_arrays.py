@@ -163,7 +163,16 @@ def test_arrays_of_xarray_broadcast_by_the_names_of_their_dimensions() -> None:
         ({"max_hertz_pressure": [1.0, 1.2, 1.5]}, "shapes that do not match"),
         ({"law": "eyering"}, "no law 'eyering'.*eyring"),
         ({"bootstap": 9}, "Did you mean 'bootstrap'"),
-        ({"curve": [1, 2, 3]}, "`curve` has 3 values; expected 2"),
+        ({"curve": [1, 2, 3]}, r"`curve` has the shape \(3,\); expected \(2,\)"),
+        # as many values as points, in another order
+        (
+            {
+                "slide_roll_ratio": [[0, 0.1, 0.2], [0, 0.1, 0.2]],
+                "traction_coefficient": [[0, 0.02, 0.03], [0, 0.02, 0.03]],
+                "curve": [[1, 1], [1, 2], [2, 2]],
+            },
+            r"`curve` has the shape \(3, 2\); expected \(2, 3\)",
+        ),
     ],
 )
 def test_mistake_is_told(arguments: dict[str, object], expected: str) -> None:
@@ -191,8 +200,10 @@ def test_conditions_within_tolerances_are_one_curve(points: pd.DataFrame, fitted
 
 def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
     columns = [points[name] for name in points]
-    with pytest.warns(UserWarning, match=r"132 points.* 132 curves"):
+    with pytest.warns(UserWarning, match=r"132 points.* 132 curves") as warned:
         oilfilm.fit(*columns, curve=np.arange(len(points)), **QUICK)
+    # advice that a caller can follow who gave `curve`, or a table
+    assert "curve=" not in str(warned[0].message)
 
 
 @pytest.mark.parametrize(
@@ -277,6 +288,14 @@ def test_constants_have_the_level_of_their_intervals_and_their_correlations(
 def test_a_condition_without_a_number_is_outside(fitted: ArrayFit) -> None:
     predicted = fitted.predict([np.nan, 1.2, 1.2], 30, 70, [0.05, np.nan, 0.05])
     assert predicted.outside.tolist() == [True, True, False]
+
+
+@pytest.mark.parametrize("at", [[1.2, 30], [[1.2, 30, 70, 0.1]], [[[1.2, 30, 70]]], "warm"])
+def test_operating_points_of_a_plot_have_a_number_for_each_condition(
+    fitted: ArrayFit, at: object
+) -> None:
+    with pytest.raises(oilfilm.OilfilmError, match=r"at: found .* 3 numbers each.*inlet_temp"):
+        fitted.plot(at=at)
 
 
 def test_a_plot_that_cannot_be_drawn_is_told(

@@ -1,9 +1,11 @@
 """A table of mu in many dialects: planted constants come back, or the true reason is told."""
 
+import gzip
 import json
 import shlex
 from functools import partial
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
@@ -15,7 +17,7 @@ import pytest
 import oilfilm
 from known_laws import known_law
 from nights import quick_ones
-from oilfilm.api.table_fit import read_mu_table, with_pressure
+from oilfilm.api.table_fit import pressure_gpa_of_load, read_mu_table
 from oilfilm.cli import main
 
 QUICK = {"searches": 2, "bootstrap": 20}
@@ -82,10 +84,40 @@ def test_every_form_of_table_gives_planted_constants(points: pd.DataFrame, tmp_p
 
 def test_load_becomes_pressure_with_ball_and_materials() -> None:
     # PCS Instruments state 1.25 GPa at 75 N for the 3/4 inch steel ball of their MTM
-    points = with_pressure(pd.DataFrame({"load_n": [75.0]}), 9.525e-3, "steel,steel")
-    assert points["max_hertz_pressure_gpa"][0] == pytest.approx(1.25, rel=0.02)
-    points_by_moduli = with_pressure(points, 9.525e-3, "206GPa:0.3,steel")
-    pd.testing.assert_frame_equal(points_by_moduli, points)
+    pressure_gpa = pressure_gpa_of_load(np.array([75.0]), 9.525e-3, "steel,steel")
+    assert pressure_gpa[0] == pytest.approx(1.25, rel=0.02)
+    assert pressure_gpa_of_load(np.array([75.0]), 9.525e-3, "206GPa:0.3,steel") == pressure_gpa
+
+
+@pytest.mark.parametrize(
+    ("ball_radius_m", "materials", "key"),
+    [
+        (0.0, "steel,steel", "ball_radius_m"),
+        (-9.525e-3, "steel,steel", "ball_radius_m"),
+        (9.525e-3, "0GPa:0.3,0GPa:0.3", r"ball\.youngs_modulus_pa"),
+        (9.525e-3, "steel,-206GPa:0.3", r"disc\.youngs_modulus_pa"),
+        (9.525e-3, "206GPa:1,206GPa:1", r"ball\.poisson_ratio"),
+        (9.525e-3, "steel,206GPa:7", r"disc\.poisson_ratio"),
+    ],
+)
+def test_a_contact_that_no_rig_has_is_refused(
+    points: pd.DataFrame, ball_radius_m: float, materials: str, key: str
+) -> None:
+    loaded = points.rename(columns={CONDITIONS[0]: "load_n"})
+    with pytest.raises(oilfilm.OilfilmError, match=f"{key}.*: found"):
+        oilfilm.fit_table(loaded, ball_radius_m=ball_radius_m, materials=materials)
+
+
+@pytest.mark.parametrize("has_load_column", [True, False])
+def test_a_pressure_that_contradicts_load_and_ball_is_refused(
+    points: pd.DataFrame, has_load_column: bool
+) -> None:
+    """Whether each is a column or holds for all rows: 20 N give 0.818 GPa, 3 GPa is 3.67 times."""
+    table, at = points.drop(columns=CONDITIONS[0]).assign(load_n=20.0), {CONDITIONS[0]: 3.0}
+    if not has_load_column:
+        table, at = points.assign(**{CONDITIONS[0]: 3.0}), {"load_n": 20.0}
+    with pytest.raises(oilfilm.OilfilmError, match=r"3\.67 times that of the load"):
+        oilfilm.fit_table(table, ball_radius_m=9.525e-3, at=at)
 
 
 def test_negative_slip_and_its_traction_count_as_positive(points: pd.DataFrame) -> None:
@@ -134,6 +166,41 @@ def test_slip_that_no_rig_has_is_percent_where_the_unit_is_silent(points: pd.Dat
     mu_table = read_mu_table(percent.rename(columns={SLIP: "SRR"}))
     np.testing.assert_allclose(mu_table.points[SLIP], points[SLIP])
     assert any("in %: as a ratio" in note for note in mu_table.notes)
+
+
+def test_columns_that_no_fit_needs_ask_nothing(points: pd.DataFrame) -> None:
+    table = points.assign(**{"time start [s]": 0.0, "time end [s]": 1.0})
+    np.testing.assert_allclose(read_mu_table(table).points[list(points)], points)
+
+
+@pytest.mark.parametrize("ending", ["frame", "parquet"])
+def test_an_index_with_a_name_is_a_column(
+    points: pd.DataFrame, tmp_path: Path, ending: str
+) -> None:
+    indexed = points.assign(oil=["A", "B"] * 32).set_index("oil")
+    indexed.to_parquet(tmp_path / "mu.parquet")
+    table = indexed if ending == "frame" else tmp_path / "mu.parquet"
+    with pytest.raises(oilfilm.OilfilmError, match=r"has several oils.*: A, B"):
+        oilfilm.fit_table(table)
+
+
+@pytest.mark.parametrize(
+    "oil", ['a"b', '"a" b', '"a', "Oil 1\nbatch 2", "a\tb", "a\rb", "#1", "\u00d6l"]
+)
+def test_labels_of_a_data_frame_are_those_of_its_cells(points: pd.DataFrame, oil: str) -> None:
+    oils = [oil, "another"] * 32
+    read = read_mu_table(points.assign(oil=oils, remark=oils)).points
+    assert read["oil"].tolist() == oils
+
+
+def test_half_of_a_letter_in_a_label_harms_no_row(points: pd.DataFrame) -> None:
+    oils = pd.Series(["a\ud800", "a\ud801"] * 32, dtype=object)
+    assert read_mu_table(points.assign(oil=oils)).points["oil"].nunique() == 2
+
+
+def test_a_name_of_two_lines_is_one_name(points: pd.DataFrame) -> None:
+    table = points.rename(columns={CONDITIONS[0]: "max Hertz pressure\n[GPa]"})
+    np.testing.assert_allclose(read_mu_table(table).points[list(points)], points)
 
 
 def test_data_frames_of_polars_and_arrow_are_read(points: pd.DataFrame) -> None:
@@ -239,6 +306,41 @@ def test_sheets_of_which_one_names_no_curves_are_refused(
         read_mu_table(file)
 
 
+def test_each_sheet_tells_how_many_rows_it_lacks(points: pd.DataFrame, tmp_path: Path) -> None:
+    file = tmp_path / "mu.xlsx"
+    with pd.ExcelWriter(file) as writer:
+        for sheet_name, gap in (("june", MU), ("july", SLIP)):
+            table = points.iloc[:3].astype(float)
+            table.loc[1, gap] = np.nan
+            table.to_excel(writer, sheet_name=sheet_name, index=False)
+    read = read_mu_table(file)
+    assert len(read.points) == 4
+    for sheet_name in ("june", "july"):
+        assert any(f"'{sheet_name}': 1 of 3 rows" in note for note in read.notes)
+
+
+@pytest.mark.parametrize(("law", "fitted_count"), [(None, 64), ("wang-deng-load", 32)])
+def test_a_gap_where_the_law_needs_no_number_leaves_no_row_out(
+    points: pd.DataFrame, monkeypatch: pytest.MonkeyPatch, law: str | None, fitted_count: int
+) -> None:
+    """Of load and pressure a law has one."""
+    fit_points = Mock(side_effect=oilfilm.OilfilmError("not fitted here"))
+    monkeypatch.setattr("oilfilm.api.table_fit.fit_points", fit_points)
+    load_n = 80 * points[CONDITIONS[0]] ** 3
+    table = points.assign(load_n=load_n.where(points.index % 2 == 0))
+    with pytest.raises(oilfilm.OilfilmError, match="not fitted here"):
+        oilfilm.fit_table(table, law=law)
+    assert len(fit_points.call_args.args[0]) == fitted_count
+    with pytest.raises(oilfilm.OilfilmError, match="no row has all its numbers"):
+        oilfilm.fit_table(points.assign(load_n=np.nan), law="wang-deng-load")
+
+
+def test_a_misspelt_law_is_named_before_columns_that_it_would_need(points: pd.DataFrame) -> None:
+    loaded = points.rename(columns={CONDITIONS[0]: "load_n"})
+    with pytest.raises(oilfilm.OilfilmError, match=r"no law 'wang-deng-lod'.* wang-deng-load"):
+        oilfilm.fit_table(loaded, law="wang-deng-lod")
+
+
 def test_a_condition_of_all_rows_is_none_that_the_table_has(points: pd.DataFrame) -> None:
     with pytest.raises(oilfilm.OilfilmError, match="it has the inlet temperature, and another"):
         oilfilm.fit_table(points, at={"inlet_temperature_c": 300.0}, **QUICK)
@@ -254,6 +356,35 @@ def test_a_reversed_force_is_told(points: pd.DataFrame, mu_has_sign: bool) -> No
     reversed_force = pd.concat([points, backwards]).assign(**{MU: lambda table: -table[MU]})
     with pytest.raises(oilfilm.OilfilmError, match="at positive slip 56 have a negative mu"):
         read_mu_table(reversed_force)
+
+
+@pytest.mark.parametrize("backwards", [False, True])
+def test_mu_of_the_wrong_sign_is_noise_where_it_is_small(
+    points: pd.DataFrame, backwards: bool
+) -> None:
+    """Without the noise below zero the mean mu at small slip is too large: such points stay.
+
+    0.001 is noise and 0.04 is none: the median of mu is 0.013.
+    """
+    sign = -1 if backwards else 1
+    mirrored = points.assign(**{SLIP: sign * points[SLIP], MU: sign * points[MU]})
+    table = pd.concat([points, mirrored], ignore_index=True)
+    row = int(np.flatnonzero(table[SLIP])[-1])
+    table.loc[row, MU] = -sign * 1e-3
+    read = read_mu_table(table)
+    assert read.points[MU][row] == pytest.approx(-1e-3)
+    assert any("1 of 128 rows are used" in note for note in read.notes)
+    table.loc[row, MU] = -sign * 0.04
+    read = read_mu_table(table)
+    assert len(read.points) == 127
+    assert any("1 of 128 rows are left out" in note for note in read.notes)
+
+
+def test_mu_that_is_often_negative_at_positive_slip_is_refused(points: pd.DataFrame) -> None:
+    table = points[points[SLIP] > 0].reset_index(drop=True)
+    table.loc[::4, MU] *= -1
+    with pytest.raises(oilfilm.OilfilmError, match="of 56 rows at positive slip 14 have a neg"):
+        read_mu_table(table)
 
 
 def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_path: Path) -> None:
@@ -273,3 +404,15 @@ def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_pat
         assert (fit.plot().get_title("right") == "SIMULATED data") == simulated
     for file in ("report.html", "summary.txt", "exports/oil/traction_oil.py"):
         assert "SIMULATED" in (tmp_path / "june" / file).read_text(encoding="utf-8")
+    # the table of points that was saved is a table of mu that says so, too: packed, or in memory
+    saved = tmp_path / "june/tables/points.parquet"
+    packed = tmp_path / "points.parquet.gz"
+    packed.write_bytes(gzip.compress(saved.read_bytes()))
+    for saved_table in (saved, packed, pyarrow.parquet.read_table(saved)):
+        read = read_mu_table(saved_table)
+        assert read.says_simulated
+        np.testing.assert_allclose(read.points[list(points)], points)
+    some_rejected = pd.read_parquet(saved).assign(accepted=lambda table: table.index > 3)
+    read = read_mu_table(some_rejected)
+    assert len(read.points) == len(points) - 4
+    assert any("4 of 64 rows" in note for note in read.notes)

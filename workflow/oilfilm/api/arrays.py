@@ -1,10 +1,13 @@
-"""Fits on arrays, for a notebook or another program: no workflow, no files.
+"""Fits on arrays, for a notebook or another program: no workflow is needed.
 
-Decides: fits on arrays, without files.
+Files are written by `ArrayFit.save` and `ArrayFit.export` alone.
+
+Decides: fits on arrays.
 """
 
+import math
 import warnings
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
@@ -19,7 +22,7 @@ import pandas as pd
 from oilfilm import tables
 from oilfilm.api.axes import given_or_new_axes
 from oilfilm.api.fit_keys import FitKeys
-from oilfilm.base.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.home import CONFIG
 from oilfilm.base.labels import aligned_arguments
 from oilfilm.fits.certificate_sentences import certificate_sentence
@@ -33,6 +36,7 @@ from oilfilm.fits.fitted import (
     in_column_unit,
     refuse_impossible_values,
 )
+from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.soundness import soundness_row
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_search import with_surface
@@ -47,9 +51,9 @@ from oilfilm.traction.law import CONDITIONS, QUANTITIES
 
 _MU = "traction_coefficient"
 _LOAD = "load_n"
-# Name of the oil where the caller names none, and in the tables of every fit. Saving the fit
-# replaces it there by the name of the oil.
-_UNNAMED_OIL = "oil"
+# Name of the oil in the tables of every fit. Saving the fit replaces it there by the true name.
+# It is also the name of an oil that the caller does not name.
+_OIL_IN_TABLES = "oil"
 # Number of points at which a curve of the law is evaluated for a plot.
 _POINTS_PER_DRAWN_CURVE = 200
 # More curves in one plot hide each other.
@@ -82,13 +86,13 @@ class ArrayFit:
     settings: FitSettings
     notes: tuple[str, ...]
     source: str = ""
-    oil: str = _UNNAMED_OIL
+    oil: str = _OIL_IN_TABLES
     simulated: bool = False
 
     @cached_property
     def law(self) -> FittedLaw:
         """The fitted law, with its intervals, its tested box and the reasons if it is not sound."""
-        fit = FittedLaw.from_results(self.tables, _UNNAMED_OIL)
+        fit = FittedLaw.from_results(self.tables, _OIL_IN_TABLES)
         return replace(fit, warnings=tuple(soundness_warnings(self.soundness)))
 
     @property
@@ -140,7 +144,7 @@ class ArrayFit:
         names of the runs: run 2 comes before run 10.
         """
         (quality,) = tables.rows(self.tables.fit_quality)
-        fit = FittedLaw.from_results(self.tables, _UNNAMED_OIL)
+        fit = FittedLaw.from_results(self.tables, _OIL_IN_TABLES)
         config = read_config(CONFIG).model_copy(update={"fit": self.settings})
         return soundness_row(quality, fit, self.campaign_points, config)
 
@@ -168,7 +172,7 @@ class ArrayFit:
         )
         if fitted_law.surface is None:
             lines.append(f"There is no interval: {fitted_law.why_no_interval}.")
-        lines.extend(surface_sentences(self.tables, _UNNAMED_OIL, self.soundness))
+        lines.extend(surface_sentences(self.tables, _OIL_IN_TABLES, self.soundness))
         facts = curve_facts(self.tables.fit_quality, self.tables.curve_residuals)
         lines.extend(fact.text for fact in facts)
         lines.extend(self.notes)
@@ -233,18 +237,29 @@ class ArrayFit:
         frame = self.points.assign(fitted=fitted_mu, **intervals)
         return frame.assign(residual=frame[_MU] - frame["fitted"])
 
-    def predict(self, *conditions_and_slip: Any, **level: float) -> Prediction:
+    def predict(
+        self,
+        max_hertz_pressure: Any,
+        entrainment_speed: Any,
+        inlet_temperature: Any,
+        slide_roll_ratio: Any,
+        level: float = CONFIDENCE,
+    ) -> Prediction:
         """mu with its interval, as `FittedLaw.predict_at`.
 
         Args:
-            conditions_and_slip: P in GPa, U in m/s, T in degC and S, in this order, as numbers,
-                arrays or quantities of pint.
-            level: `level=0.95`, the confidence level.
+            max_hertz_pressure: P in GPa: numbers, arrays or quantities of pint.
+            entrainment_speed: U in m/s.
+            inlet_temperature: T in degC.
+            slide_roll_ratio: S.
+            level: Confidence level.
 
         Raises:
             OilfilmError: A quantity has a unit of something else.
         """
-        return self.law.predict_at(*conditions_and_slip, **level)
+        return self.law.predict_at(
+            max_hertz_pressure, entrainment_speed, inlet_temperature, slide_roll_ratio, level
+        )
 
     def save(self, folder: Path | str) -> None:
         """Write tables, exports for bearing codes, a summary and a report into a new folder.
@@ -284,15 +299,16 @@ class ArrayFit:
             The axes. `plot().figure.savefig(FILE)` writes a file.
 
         Raises:
-            OilfilmError: `axes` are no axes, or matplotlib is missing.
+            OilfilmError: `axes` are no axes, `at` holds no operating points, or matplotlib is
+                missing.
         """
-        axes = given_or_new_axes(axes)
-        axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
         operating_points = self._tested_operating_points()
         if at is None:
             conditions_of_curves = self._spread_over_traction(operating_points)
         else:
-            conditions_of_curves = np.atleast_2d(np.asarray(at, float))
+            conditions_of_curves = self._typed_operating_points(at)
+        axes = given_or_new_axes(axes)
+        axes.plot(self.points[SLIP], self.points[_MU], ".", color="0.85", zorder=0)
         for conditions in conditions_of_curves:
             self._draw_curve(axes, conditions, operating_points)
         axes.set(xlabel="Slide-roll ratio", ylabel="Traction coefficient")
@@ -305,6 +321,24 @@ class ArrayFit:
         """Mean conditions of each curve, by `run_id`."""
         conditions = list(self.law.law.conditions)
         return self.points.groupby("run_id", sort=False)[conditions].mean()
+
+    def _typed_operating_points(self, at: npt.ArrayLike) -> npt.NDArray[np.float64]:
+        """The operating points that the caller gives, one row each.
+
+        Raises:
+            OilfilmError: They are no numbers, or a row lacks a condition.
+        """
+        conditions = self.law.law.conditions
+        try:
+            rows = np.atleast_2d(np.asarray(at, float))
+        except (TypeError, ValueError):
+            rows = np.empty((0, 0))
+        if rows.ndim != 2 or rows.shape[1] != len(conditions):
+            raise OilfilmError(
+                f"at: found {cut(repr(at))}; expected rows of {len(conditions)} numbers each: "
+                f"{', '.join(conditions)}."
+            )
+        return rows
 
     def _spread_over_traction(self, operating_points: pd.DataFrame) -> npt.NDArray[np.float64]:
         """Conditions of a few tested curves, evenly from low to high traction; a row per curve."""
@@ -422,6 +456,10 @@ def fit(
     except ValueError as error:
         shapes = ", ".join(str(array.shape) for array in arrays)
         raise OilfilmError(f"the arrays have shapes that do not match: {shapes}.") from error
+    shape = broadcast_arrays[0].shape
+    # a list of all points is in the order of the flattened arrays
+    if curve is not None and np.shape(curve) not in (shape, (math.prod(shape),)):
+        raise OilfilmError(f"`curve` has the shape {np.shape(curve)}; expected {shape}.")
     points = pd.DataFrame(
         {
             column: array.ravel()
@@ -454,17 +492,11 @@ def fit_points(
         OilfilmError: As in `fit`, or a number is missing or impossible.
 
     Warns:
-        UserWarning: There are fewer than two points per curve.
+        UserWarning: There are fewer than two points per curve, or curves have points at several
+            conditions.
     """
     law_names = [name for name, law in LAWS.items() if law.conditions == condition_names]
-    if law_name not in law_names:
-        names = ", ".join(law_names)
-        reason = reason_for_comparison_only(law_name)
-        if reason:
-            raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
-        raise OilfilmError(
-            f"there is no law {law_name!r} of these conditions; the laws are {names}."
-        )
+    refuse_unknown_law(law_name, law_names)
     for column in (*condition_names, SLIP, _MU):
         _refuse_missing_or_impossible(points[column].to_numpy(dtype=float), column)
     config = read_config(CONFIG)
@@ -474,7 +506,7 @@ def fit_points(
     ]
     condition_of_point = points.groupby(levels_of_points, sort=False).ngroup()
     run_of_point = condition_of_point if curve_of_point is None else curve_of_point
-    points = points.assign(run_id=_run_names(run_of_point, len(points)))
+    points = points.assign(run_id=_run_names(run_of_point))
     notes = _doubts_about_runs(points["run_id"], condition_of_point)
     for note in notes:
         warnings.warn(note, stacklevel=3)
@@ -486,29 +518,46 @@ def fit_points(
     if calibration is not None:
         uncertainties = validated(dict(calibration), Calibration, lambda _: "calibration")
         fitted_points = _with_systematic_errors(campaign_points, uncertainties)
-    fit_tables = fit_oil(fitted_points, _UNNAMED_OIL, fit_settings, config.seed)
+    fit_tables = fit_oil(fitted_points, _OIL_IN_TABLES, fit_settings, config.seed)
     fit_tables = fit_tables.replace(points=campaign_points)
     if _LOAD not in condition_names:
         # where the load is not known, that of the calibration is none
         quality = fit_tables.fit_quality.assign(tested_min_load_n=np.nan, tested_max_load_n=np.nan)
         fit_tables = fit_tables.replace(fit_quality=quality)
-    fit_tables = with_surface(fit_tables, _UNNAMED_OIL, config)
+    fit_tables = with_surface(fit_tables, _OIL_IN_TABLES, config)
     return ArrayFit(points, fit_tables, fit_settings, notes)
 
 
-def _run_names(run_of_point: npt.ArrayLike, point_count: int) -> npt.NDArray[np.str_]:
+def refuse_unknown_law(law_name: str, law_names: Collection[str]) -> None:
+    """Refuse a law that cannot be fitted to points.
+
+    Args:
+        law_name: Name of the law.
+        law_names: Names of the laws that can be fitted.
+
+    Raises:
+        OilfilmError: It is none of them.
+    """
+    if law_name in law_names:
+        return
+    names = ", ".join(law_names)
+    reason = reason_for_comparison_only(law_name)
+    if reason:
+        raise OilfilmError(f"{reason}. The laws of arrays are {names}.")
+    raise OilfilmError(f"there is no law {law_name!r} for these points; the laws are {names}.")
+
+
+def _run_names(run_of_point: npt.ArrayLike) -> npt.NDArray[np.str_]:
     """Name of the run of each point, shape (points,).
 
     Raises:
-        OilfilmError: There are more or fewer names than points, or a name is missing.
+        OilfilmError: A name is missing.
     """
     names = pd.Series(np.asarray(run_of_point).ravel())
-    if len(names) != point_count:
-        raise OilfilmError(f"`curve` has {len(names)} values; expected {point_count}.")
     is_missing = (names.isna() | (names.astype(str).str.strip() == "")).to_numpy()
     if is_missing.any():
         raise OilfilmError(
-            f"`curve` names no run for {int(is_missing.sum())} of {point_count} points, the first "
+            f"`curve` names no run for {int(is_missing.sum())} of {len(names)} points, the first "
             f"is number {int(np.argmax(is_missing)) + 1}. Name the run of each point, or give no "
             "curve."
         )
@@ -533,7 +582,8 @@ def _doubts_about_runs(
     if point_count > 1 and run_count > point_count / 2:
         notes.append(
             f"{point_count} points are taken for {run_count} curves. Points of one run share its "
-            "errors: intervals are far too narrow if each point is a curve. Give curve=."
+            "errors: intervals are far too narrow if each point is a curve. Give all points of a "
+            "run the same `curve`."
         )
     runs_of_several = condition_count_of_run.index[condition_count_of_run > 1]
     if len(runs_of_several):
@@ -584,6 +634,6 @@ def _campaign_points(points: pd.DataFrame) -> pd.DataFrame:
     # the key of the table is run and first row in the log: here the number of the point
     point_number = points.index + 1
     accepted_points = points.assign(
-        oil=_UNNAMED_OIL, accepted=True, n_samples=1, first_row=point_number
+        oil=_OIL_IN_TABLES, accepted=True, n_samples=1, first_row=point_number
     )
     return tables.filled_table(accepted_points, "points", "the table")

@@ -82,8 +82,8 @@ class TableColumn:
 
 
 @dataclass(frozen=True)
-class TableReading:
-    """What the columns of a table say.
+class TableNumbers:
+    """The numbers of a table by what its columns are.
 
     Attributes:
         numbers_by_quantity: Numbers of each quantity in its unit of `UNIT_BY_QUANTITY` and its
@@ -115,18 +115,17 @@ class StatedColumn:
 
     Attributes:
         text: Name, unit and definition as the user writes them.
-        readings: Pairs of a name that the text may mean, and the meaning of its column then. The
-            longest name is first: `Speed, mean` is the name of a column, or `Speed` with a
-            definition.
+        meaning_by_name: Name that the text may mean -> the meaning of its column then. The longest
+            name is first: `Speed, mean` is the name of a column, or `Speed` with a definition.
     """
 
     text: str
-    readings: tuple[tuple[str, Meaning], ...]
+    meaning_by_name: Mapping[str, Meaning]
 
     @property
     def quantity(self) -> str:
         """The quantity that the column is."""
-        return self.readings[0][1].quantity
+        return self.meaning_by_name[self.text].quantity
 
 
 def stated_columns(text: str | Mapping[str, str]) -> list[StatedColumn]:
@@ -143,7 +142,7 @@ def stated_columns(text: str | Mapping[str, str]) -> list[StatedColumn]:
 
     Examples:
         >>> (column,) = stated_columns("slide_roll_ratio=Schlupf [%], over_sum")
-        >>> [name for name, _ in column.readings]
+        >>> list(column.meaning_by_name)
         ['Schlupf [%], over_sum', 'Schlupf [%]', 'Schlupf']
     """
     entries: list[tuple[str, str]] = []
@@ -177,7 +176,7 @@ def _stated_column(quantity: str, text: str) -> StatedColumn:
         name_and_unit: Meaning(quantity, definition),
         name: Meaning(quantity, definition, unit),
     }
-    return StatedColumn(text, tuple(meaning_by_name.items()))
+    return StatedColumn(text, meaning_by_name)
 
 
 def stated_meaning_by_index(
@@ -220,7 +219,7 @@ def _index_and_meaning(
     Raises:
         ColumnsError: The table has not the column, or has several.
     """
-    for name, meaning in column.readings:
+    for name, meaning in column.meaning_by_name.items():
         indices = _indices_of_name(name, meaning.unit, column_names, units)
         if len(indices) > 1:
             names = [_name_with_unit(column_names[index], units[index]) for index in indices]
@@ -443,12 +442,12 @@ def _unit_in_name(column_name: str) -> str:
 # ---------------------------------------------------------------- what the numbers say
 
 
-def reading_of(
+def numbers_of_table(
     column_by_quantity: Mapping[str, TableColumn],
     notes: Sequence[str],
     hertz_pressure_gpa: FloatArray | None,
     speed_m_s: float | None = None,
-) -> TableReading:
+) -> TableNumbers:
     """The numbers of a table in the units and definitions of the project.
 
     Args:
@@ -485,17 +484,7 @@ def reading_of(
         numbers_by_quantity[quantity] = numbers
         notes.append(_note_on_column(quantity, column, how_known))
     _refuse_contradictions(numbers_by_quantity, name_by_quantity)
-    logged_pressure_gpa = numbers_by_quantity.get("max_hertz_pressure")
-    if logged_pressure_gpa is not None and hertz_pressure_gpa is not None:
-        if _relative_difference(logged_pressure_gpa, hertz_pressure_gpa) > _CONTRADICTS_BEYOND:
-            raise ColumnsError(
-                f"the column {name_by_quantity['max_hertz_pressure']!r} is not the maximum Hertz "
-                f"pressure of {name_by_quantity['load']!r} with this ball radius and these "
-                "materials: it is "
-                f"{np.nanmedian(logged_pressure_gpa / hertz_pressure_gpa):.3g} times as much.",
-                "Correct the radius, the materials or the column that is wrong.",
-            )
-    return TableReading(numbers_by_quantity, name_by_quantity, notes)
+    return TableNumbers(numbers_by_quantity, name_by_quantity, notes)
 
 
 def _note_on_column(quantity: str, column: TableColumn, how_known: str) -> str:
@@ -542,6 +531,11 @@ def _question_error(column: TableColumn) -> ColumnsError:
         f"the column {column.name!r} would be the {quantity}, but {column.meaning.question}.",
         _line_to_paste(column),
     )
+
+
+def contradict(numbers: FloatArray, reference: FloatArray) -> bool:
+    """Whether two columns of one quantity contradict each other: digits and moduli explain less."""
+    return _relative_difference(numbers, reference) > _CONTRADICTS_BEYOND
 
 
 def _relative_difference(numbers: FloatArray, reference: FloatArray) -> float:
@@ -764,10 +758,7 @@ def _refuse_contradictions(
     """
     if {"ball_speed", "disc_speed", "entrainment_speed"} <= numbers_by_quantity.keys():
         mean_m_s = (numbers_by_quantity["ball_speed"] + numbers_by_quantity["disc_speed"]) / 2
-        if (
-            _relative_difference(numbers_by_quantity["entrainment_speed"], mean_m_s)
-            > _CONTRADICTS_BEYOND
-        ):
+        if contradict(numbers_by_quantity["entrainment_speed"], mean_m_s):
             raise ColumnsError(
                 f"the column {name_by_quantity['entrainment_speed']!r} is not the mean of "
                 f"{name_by_quantity['ball_speed']!r} and {name_by_quantity['disc_speed']!r}.",

@@ -14,36 +14,42 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import partial
 from pathlib import Path
-from typing import Any, NamedTuple, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import pandas as pd
 import pyarrow
+import pyarrow.parquet
 
 from oilfilm import tables
-from oilfilm.api.arrays import ArrayFit, fit_points
+from oilfilm.api.arrays import ArrayFit, fit_points, refuse_unknown_law
 from oilfilm.api.fit_keys import FitKeys
 from oilfilm.api.mu_columns import (
     ColumnsError,
     StatedColumn,
     TableColumn,
     chosen_columns,
+    contradict,
     numbers_in_unit,
+    numbers_of_table,
     ratio_to_mean_speed,
-    reading_of,
     stated_columns,
     stated_meaning_by_index,
 )
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
-from oilfilm.base.units import PA_PER_GPA, FloatArray
+from oilfilm.base.units import PA_PER_GPA, BoolArray, FloatArray
 from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
-from oilfilm.logs.meaning import WordVocabulary, label_kind_of, meaning_of
+from oilfilm.logs.meaning import Meaning, WordVocabulary, label_kind_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
-from oilfilm.physics.contact import max_hertz_pressure, reduced_modulus
+from oilfilm.physics.contact import max_hertz_pressure
+from oilfilm.settings import quantities as q
+from oilfilm.settings.base import Group, key
+from oilfilm.settings.messages import validated
+from oilfilm.settings.rig import Elasticity
 from oilfilm.traction import LAWS, PAPER_LAW
 
 PRESSURE = "max_hertz_pressure_gpa"
@@ -60,8 +66,8 @@ MATERIALS = {"steel": (206e9, 0.3), "silicon-nitride": (310e9, 0.26), "glass": (
 _POINT_COLUMNS = {PRESSURE, LOAD, SPEED, _BALL_SPEED, _DISC_SPEED, TEMPERATURE, SLIP, MU}
 # Quantity and unit of each column that a table of mu may have under the project's own name.
 _QUANTITY_AND_UNIT_BY_COLUMN = {
-    column: quantity
-    for column, quantity in TRACTION.vocabulary.quantity_and_unit_of_column.items()
+    column: quantity_and_unit
+    for column, quantity_and_unit in TRACTION.vocabulary.quantity_and_unit_of_column.items()
     if column in _POINT_COLUMNS
 }
 VOCABULARY = WordVocabulary("traction", "columns", _QUANTITY_AND_UNIT_BY_COLUMN, ())
@@ -76,8 +82,17 @@ _COLUMN_BY_QUANTITY = {
     "slide_roll_ratio": SLIP,
     "traction_coefficient": MU,
 }
-# Share of the points at negative slip that may have the other sign of mu: a slip of the pen.
+# Share of the points at negative slip, or at positive slip, that may have the other sign of mu: a
+# slip of the pen.
 _MAX_ODD_SIGN_SHARE = 0.2
+# Noise may give mu the other sign where it is at most this share of the median mu of the table.
+_NOISE_SHARE = 0.1
+# Column of the points of a campaign: whether the gates accept the point.
+_ACCEPTED = "accepted"
+# Letters that separate or quote the cells of a text, and the letters of private use that stand for
+# them in the text of a data frame.
+_PRIVATE_LETTERS = {ord(letter): 0xE000 + ord(letter) for letter in '\t\n\r"'}
+_LETTERS_OF_CELLS = {private: letter for letter, private in _PRIVATE_LETTERS.items()}
 # First bytes of a file.
 _PARQUET_SIGNATURE = b"PAR1"
 # Names of the laws that are fitted to a table of load or of pressure if none is named.
@@ -88,7 +103,6 @@ _QUANTITY_IN_WORDS = {
     LOAD: "load",
     SPEED: "entrainment speed",
     TEMPERATURE: "inlet temperature",
-    MU: "traction coefficient",
 }
 # Example of the option of the command that gives a condition for all rows.
 _OPTION_BY_COLUMN = {
@@ -119,7 +133,8 @@ def fit_table(
 
     Args:
         table: The table: a file, or a data frame of pandas, polars or another library that has the
-            Arrow interface. Units are in the names or in the row below them: `speed [mm/s]`.
+            Arrow interface. Units are in the names or in the row below them: `speed [mm/s]`. An
+            index of pandas that has a name is a column.
         ball_radius_m: Radius of the ball on a flat disc, in m: load becomes pressure.
         materials: Materials of ball and disc: steel, silicon-nitride, glass, or 206GPa:0.3.
         law: Name of the law. If not given, a law of pressure, or of load where the pressure is not
@@ -129,12 +144,12 @@ def fit_table(
         columns: What columns mean where their names leave it open, as
             `{"slide_roll_ratio": "Schlupf [%], over_sum"}` or the text of `--columns`.
         simulated: Whether a program wrote the points. What is saved of the fit then says so. A
-            table of oilfilm and the line `# simulated: yes` of a text say it themselves.
+            Parquet table of oilfilm and the line `# simulated: yes` of a text say it themselves.
         settings: Keys of `fit` in config/config.yaml that differ, as `bootstrap=200`.
 
     Raises:
-        OilfilmError: A column or a condition is missing or cannot be understood, or a number is
-            impossible.
+        OilfilmError: There is no such law; a column or a condition is missing or cannot be
+            understood; or a number is impossible.
 
     Examples:
         A table on a known law gives its constants back:
@@ -154,6 +169,8 @@ def fit_table(
         >>> bool(fitted.soundness["sound"])
         True
     """
+    if law is not None:
+        refuse_unknown_law(law, LAWS)
     conditions_of_all_rows = dict(at or {})
     pressure_of_load = None
     if ball_radius_m is not None:
@@ -166,27 +183,33 @@ def fit_table(
     mu_table = read_mu_table(table, stated_by_user)
     _refuse_contradiction(conditions_of_all_rows, mu_table)
     points = mu_table.points.assign(**conditions_of_all_rows)
-    notes = list(mu_table.notes)
     points, oil = _points_of_oil(points, oil, mu_table.name)
-    if LOAD in points and PRESSURE not in points and ball_radius_m is not None:
-        points = with_pressure(points, ball_radius_m, materials)
-        notes.append(f"{PRESSURE} follows from load, ball radius and materials ({materials})")
+    if LOAD in points and pressure_of_load is not None:
+        pressure_by_load_gpa = pressure_of_load(points[LOAD].to_numpy(float))
+        if PRESSURE in points:
+            _refuse_other_pressure(points, pressure_by_load_gpa, mu_table)
+        else:
+            points[PRESSURE] = pressure_by_load_gpa
+            mu_table.notes.append(
+                f"{PRESSURE} follows from load, ball radius and materials ({materials})"
+            )
     if law is None:
         law = _LAW_NAME_OF_PRESSURE
         if LOAD in points and PRESSURE not in points:
             law = _LAW_NAME_OF_LOAD
-            notes.append(
+            mu_table.notes.append(
                 f"law of load, {law}, because the pressure is not known; with --ball-radius and "
                 "--materials a law of pressure can be fitted"
             )
-    conditions = LAWS[law].conditions if law in LAWS else (PRESSURE, SPEED, TEMPERATURE)
+    conditions = LAWS[law].conditions
     _refuse_missing_condition(points, conditions, mu_table)
+    # rows may have the load alone or the pressure alone
+    points = _complete_rows(points, _has_numbers(points, conditions), mu_table)
     curve = points.pop("curve") if "curve" in points else None
     fitted = fit_points(points, conditions, law, curve, **settings)
-    notes += fitted.notes
     return replace(
         fitted,
-        notes=tuple(notes),
+        notes=(*mu_table.notes, *fitted.notes),
         source=mu_table.name,
         oil=oil,
         simulated=simulated or mu_table.says_simulated,
@@ -238,17 +261,35 @@ def _refuse_missing_condition(
     Raises:
         OilfilmError: A column is missing.
     """
-    for column in (*condition_names, MU):
+    for column in condition_names:
         if column not in points:
             columns_in_words = cut(", ".join(map(repr, mu_table.column_names)))
             sentence = (
                 f"{mu_table.name}: no column is the {_QUANTITY_IN_WORDS[column]}; its columns "
                 f"are {columns_in_words}. Add it, or give it for "
-                f"all rows, as {_OPTION_BY_COLUMN.get(column, '')}."
+                f"all rows, as {_OPTION_BY_COLUMN[column]}."
             )
             if column == PRESSURE:
                 sentence += " Where it has the load, give --ball-radius and --materials."
             raise OilfilmError(sentence)
+
+
+def _refuse_other_pressure(
+    points: pd.DataFrame, pressure_by_load_gpa: FloatArray, mu_table: "MuTable"
+) -> None:
+    """Refuse a maximum Hertz pressure that contradicts load, ball radius and materials.
+
+    Raises:
+        OilfilmError: It contradicts them.
+    """
+    pressure_gpa = points[PRESSURE].to_numpy(float)
+    if contradict(pressure_gpa, pressure_by_load_gpa):
+        factor = float(np.nanmedian(pressure_gpa / pressure_by_load_gpa))
+        raise mu_table.error(
+            f"the maximum Hertz pressure is {factor:.3g} times that of the load with this ball "
+            "radius and these materials.",
+            "Correct the radius, the materials, the load or the pressure.",
+        )
 
 
 # ---------------------------------------------------------------- the table
@@ -265,6 +306,7 @@ class MuTable:
         notes: Meaning of each column, and how it is known, in sentences.
         column_names: Names of all columns.
         says_simulated: Whether the table says that a program wrote it.
+        title: Title of its sheet; empty for all sheets together, and for another file.
     """
 
     name: str
@@ -272,6 +314,27 @@ class MuTable:
     notes: list[str] = field(default_factory=list)
     column_names: Sequence[str] = ()
     says_simulated: bool = False
+    title: str = ""
+
+    def without_rows(
+        self, points: pd.DataFrame, is_left_out: BoolArray, reason: str
+    ) -> pd.DataFrame:
+        """Points without some rows; a note counts these.
+
+        Args:
+            points: Points of the table.
+            is_left_out: Mask of the rows, shape (rows,).
+            reason: Why they are left out.
+        """
+        if is_left_out.any():
+            self.note_on_rows(
+                f"{int(is_left_out.sum())} of {len(points)} rows are left out: {reason}"
+            )
+        return points.loc[~is_left_out].reset_index(drop=True)
+
+    def note_on_rows(self, sentence: str) -> None:
+        """Add a note on some rows; where the table is a sheet, it names the sheet."""
+        self.notes.append(f"sheet {self.title!r}: {sentence}" if self.title else sentence)
 
     def error(self, problem: str, advice: str) -> OilfilmError:
         """The error of a table that cannot be used.
@@ -311,46 +374,33 @@ def read_mu_table(
     Raises:
         OilfilmError: A column is missing, doubtful or without a unit, or a number is impossible.
     """
-    if not isinstance(table, (str, Path)):
-        table_name = "the data frame"
-        titled_texts = [("", _tab_separated(_as_pandas(table)))]
-    else:
+    if isinstance(table, (str, Path)):
         table_name = str(table)
         titled_texts = _file_texts(Path(table), MuTable(table_name))
+    else:
+        table_name = "the data frame"
+        titled_texts = [("", _text_of_frame(table))]
     statements = stated_by_user or StatedByUser()
-    read_sheets: list[_TitledTable] = []
+    sheets: list[MuTable] = []
     fault_by_title: dict[str, OilfilmError] = {}
     for title, text in titled_texts:
         try:
-            sheet_table = _table_of_text(text, MuTable(table_name), statements)
-            read_sheets.append(_TitledTable(title, sheet_table))
+            sheets.append(_table_of_text(text, MuTable(table_name, title=title), statements))
         except OilfilmError as error:
             fault_by_title[title] = error
-    if not read_sheets:
+    if not sheets:
         # no sheet is a table: the one with the most text comes nearest to one
         title_of_longest, _ = max(titled_texts, key=lambda title_and_text: len(title_and_text[1]))
         raise fault_by_title[title_of_longest]
-    mu_table = read_sheets[0].table
-    if len(read_sheets) > 1:
-        mu_table = _joined_sheets(read_sheets, MuTable(table_name))
+    mu_table = sheets[0]
+    if len(sheets) > 1:
+        mu_table = _joined_sheets(sheets, MuTable(table_name))
     elif fault_by_title:
-        mu_table.notes.append(f"the sheet {read_sheets[0].title!r} is read")
-    mu_table.says_simulated = _is_simulated_by_footer(table) or any(
-        sheet.table.says_simulated for sheet in read_sheets
-    )
+        mu_table.notes.append(f"the sheet {mu_table.title!r} is read")
     for title, fault in fault_by_title.items():
         reason = str(fault).removeprefix(f"{table_name}: ")
         mu_table.notes.append(f"the sheet {title!r} is not read: {cut(reason)}")
     return mu_table
-
-
-def _is_simulated_by_footer(table: Any) -> bool:
-    """Whether a table is a file of oilfilm whose footer says that its data are simulated."""
-    if not isinstance(table, (str, Path)):
-        return False
-    with suppress(OilfilmError):
-        return bool(tables.read_footer(Path(table)).get("data") == "simulated")
-    return False
 
 
 def _as_pandas(table: Any) -> pd.DataFrame:
@@ -371,14 +421,7 @@ def _as_pandas(table: Any) -> pd.DataFrame:
     return converted
 
 
-class _TitledTable(NamedTuple):
-    """A sheet of a workbook as a table, or another file, whose title is empty."""
-
-    title: str
-    table: MuTable
-
-
-def _joined_sheets(sheets: Sequence[_TitledTable], joined_table: MuTable) -> MuTable:
+def _joined_sheets(sheets: Sequence[MuTable], joined_table: MuTable) -> MuTable:
     """One table of several sheets. Where a sheet names no oil, its title does.
 
     Args:
@@ -389,8 +432,8 @@ def _joined_sheets(sheets: Sequence[_TitledTable], joined_table: MuTable) -> MuT
         OilfilmError: The sheets have different columns.
     """
     columns_by_title: dict[str, set[str]] = {}
-    for title, sheet in sheets:
-        columns_by_title[title] = set(map(str, sheet.points)) - {"oil"}
+    for sheet in sheets:
+        columns_by_title[sheet.title] = set(map(str, sheet.points)) - {"oil"}
     if len(set(map(frozenset, columns_by_title.values()))) > 1:
         columns_in_words = "; ".join(
             f"{title!r}: {', '.join(sorted(names))}" for title, names in columns_by_title.items()
@@ -400,19 +443,19 @@ def _joined_sheets(sheets: Sequence[_TitledTable], joined_table: MuTable) -> MuT
             "Give all sheets the same columns, or save the sheet to be fitted alone.",
         )
     frames: list[pd.DataFrame] = []
-    for title, sheet in sheets:
+    for sheet in sheets:
         points = sheet.points
         if "oil" not in points:
-            points = points.assign(oil=title)
+            points = points.assign(oil=sheet.title)
         if "curve" in points:
-            points = points.assign(curve=title + " " + points["curve"])
+            points = points.assign(curve=sheet.title + " " + points["curve"])
         frames.append(points)
-    joined_table.points = pd.concat(frames, ignore_index=True)
-    titles = ", ".join(repr(title) for title, _ in sheets)
-    joined_table.column_names = sheets[0].table.column_names
-    joined_table.notes = [*sheets[0].table.notes, f"the sheets {titles} are read"]
-    for _, sheet in sheets[1:]:
         joined_table.notes += [note for note in sheet.notes if note not in joined_table.notes]
+    joined_table.points = pd.concat(frames, ignore_index=True)
+    joined_table.column_names = sheets[0].column_names
+    joined_table.says_simulated = any(sheet.says_simulated for sheet in sheets)
+    titles = ", ".join(repr(sheet.title) for sheet in sheets)
+    joined_table.notes.append(f"the sheets {titles} are read")
     return joined_table
 
 
@@ -428,9 +471,9 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         OilfilmError: As by `read_mu_table`.
     """
     try:
-        stated_meaning_of_name = dict(
-            reading for column in stated_by_user.columns for reading in column.readings
-        )
+        stated_meaning_of_name: dict[str, Meaning] = {}
+        for column in stated_by_user.columns:
+            stated_meaning_of_name |= column.meaning_by_name
         vocabulary = replace(VOCABULARY, stated_meaning_of_name=stated_meaning_of_name)
         _, logged_tables = delimited_text.tables(text, vocabulary)
     except UnreadableLogError as error:
@@ -453,7 +496,7 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
 
 
 def _add_labels(mu_table: MuTable, logged_table: LoggedTable, read_names: Iterable[str]) -> None:
-    """Add the columns of text, `oil` and `curve`, where the table has them.
+    """Add the columns of text, `oil`, `curve` and `accepted`, where the table has them.
 
     Args:
         mu_table: The table, which gets the columns.
@@ -468,9 +511,13 @@ def _add_labels(mu_table: MuTable, logged_table: LoggedTable, read_names: Iterab
         column_index = _index_of_label(logged_table.names, label_column, names_in_use)
         if column_index is None:
             continue
-        labels = logged_table.read_texts(column_index)
+        texts = logged_table.read_texts(column_index)
+        labels = [text.translate(_LETTERS_OF_CELLS) for text in texts]
         if any(labels):
             mu_table.points[label_column] = labels
+    if _ACCEPTED in logged_table.names:
+        column_index = list(logged_table.names).index(_ACCEPTED)
+        mu_table.points[_ACCEPTED] = logged_table.read_texts(column_index)
 
 
 def _index_of_label(
@@ -495,7 +542,7 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
     content = unpack(read_bytes(path))
     try:
         if content.startswith(_PARQUET_SIGNATURE):
-            return [("", _tab_separated(pd.read_parquet(io.BytesIO(content))))]
+            return [("", _text_of_frame(pyarrow.parquet.read_table(io.BytesIO(content))))]
         if content.startswith(workbook.ZIP_SIGNATURE):
             is_opendocument = opendocument.recognises(content)
             reader = opendocument if is_opendocument else workbook
@@ -509,9 +556,39 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
     return [("", content)]
 
 
-def _tab_separated(frame: pd.DataFrame) -> bytes:
-    """A data frame as text with tabs between the cells, as a file would have it."""
-    return frame.to_csv(sep="\t", index=False).encode()
+def _text_of_frame(table: Any) -> bytes:
+    """A data frame as text with tabs between the cells, as a file would have it.
+
+    Raises:
+        OilfilmError: It is no data frame.
+    """
+    frame = _as_pandas(table)
+    if any(name is not None for name in frame.index.names):
+        frame = frame.reset_index(allow_duplicates=True)
+    frame = frame.rename(columns=lambda name: " ".join(str(name).split()))
+    for index, column_type in enumerate(frame.dtypes):
+        if not pd.api.types.is_numeric_dtype(column_type):
+            frame.isetitem(index, frame.iloc[:, index].map(_without_separators).array)
+    text = frame.to_csv(sep="\t", index=False)
+    if _is_simulated_by_footer(table):
+        text = f"# simulated: yes\n{text}"
+    return text.encode()
+
+
+def _without_separators(cell: Any) -> Any:
+    """A cell in which no letter separates or quotes cells, or cannot be written as UTF-8."""
+    if not isinstance(cell, str):
+        return cell
+    return cell.translate(_PRIVATE_LETTERS).encode(errors="backslashreplace").decode()
+
+
+def _is_simulated_by_footer(table: Any) -> bool:
+    """Whether a table is one of oilfilm whose footer says that its data are simulated."""
+    if not isinstance(table, pyarrow.Table):
+        return False
+    with suppress(OilfilmError):
+        return bool(tables.footer_of(table.schema, "the table").get("data") == "simulated")
+    return False
 
 
 def _add_points(
@@ -533,7 +610,7 @@ def _add_points(
     column_indices = [
         index
         for index, (name, unit) in enumerate(zip(names, units, strict=True))
-        if index in stated_by_index or meaning_of(name, unit) is not None
+        if index in stated_by_index or _is_needed(meaning_of(name, unit))
     ]
     values_of_columns = zip(column_indices, logged_table.read_values(column_indices), strict=True)
     numbers_by_index = {
@@ -559,12 +636,14 @@ def _add_points(
             load_n = numbers_in_unit(column_by_quantity["load"])
             pressure_gpa = stated_by_user.pressure_of_load(load_n)
         notes = [*mu_table.notes, *notes]
-        reading = reading_of(column_by_quantity, notes, pressure_gpa, stated_by_user.speed_m_s)
+        table_numbers = numbers_of_table(
+            column_by_quantity, notes, pressure_gpa, stated_by_user.speed_m_s
+        )
     except ColumnsError as error:
         raise mu_table.error(error.sentence, error.advice) from None
-    mu_table.notes = list(reading.notes)
+    mu_table.notes = list(table_numbers.notes)
     points = mu_table.points
-    for quantity, numbers in reading.numbers_by_quantity.items():
+    for quantity, numbers in table_numbers.numbers_by_quantity.items():
         points[_COLUMN_BY_QUANTITY[quantity]] = numbers
     if {_BALL_SPEED, _DISC_SPEED} <= set(points):
         ball_m_s = points.pop(_BALL_SPEED)
@@ -575,7 +654,12 @@ def _add_points(
             points[SLIP] = ratio_to_mean_speed(
                 (disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy()
             )
-    return dict(reading.name_by_quantity)
+    return dict(table_numbers.name_by_quantity)
+
+
+def _is_needed(meaning: Meaning | None) -> bool:
+    """Whether a column is a quantity of points; two columns of time, as an example, ask nothing."""
+    return meaning is not None and meaning.quantity in _COLUMN_BY_QUANTITY
 
 
 def _remove_blank(column_by_quantity: dict[str, TableColumn], *, has_mean_speed: bool) -> list[str]:
@@ -657,23 +741,42 @@ def _refuse_without_mu_or_slip(
 def _without_gaps(mu_table: MuTable) -> MuTable:
     """The table with its complete rows and positive slip; a note counts the other rows.
 
+    A row is complete without load where it has the pressure, and without pressure where it has the
+    load.
+
     Raises:
         OilfilmError: No row is complete.
     """
-    numbers = mu_table.points.select_dtypes("number").to_numpy(dtype=float)
-    is_complete = np.isfinite(numbers).all(axis=1)
-    incomplete_count = int(np.sum(~is_complete))
-    if incomplete_count:
-        mu_table.notes.append(
-            f"{incomplete_count} of {len(is_complete)} rows are left out: a number is missing there"
-        )
-    points = mu_table.points.loc[is_complete].reset_index(drop=True)
-    if points.empty:
-        advice = "Look at decimal marks and empty cells."
-        raise mu_table.error("no row has all its numbers.", advice)
+    points = mu_table.points
+    if _ACCEPTED in points:
+        is_rejected = points.pop(_ACCEPTED).str.casefold() == "false"
+        points = mu_table.without_rows(points, is_rejected.to_numpy(), "they are not accepted")
+    needed_columns = [column for column in (SLIP, MU, SPEED, TEMPERATURE) if column in points]
+    is_complete = _has_numbers(points, needed_columns)
+    load_columns = [column for column in (LOAD, PRESSURE) if column in points]
+    if load_columns:
+        is_complete &= np.any([_has_numbers(points, [column]) for column in load_columns], axis=0)
+    points = _complete_rows(points, is_complete, mu_table)
     _refuse_unlabelled(points, mu_table)
     mu_table.points = _at_positive_slip(points, mu_table)
     return mu_table
+
+
+def _complete_rows(points: pd.DataFrame, is_complete: BoolArray, mu_table: MuTable) -> pd.DataFrame:
+    """The complete rows of points.
+
+    Raises:
+        OilfilmError: No row is complete.
+    """
+    if not is_complete.any():
+        advice = "Look at decimal marks and empty cells."
+        raise mu_table.error("no row has all its numbers.", advice)
+    return mu_table.without_rows(points, ~is_complete, "a number is missing there")
+
+
+def _has_numbers(points: pd.DataFrame, columns: Sequence[str]) -> BoolArray:
+    """Mask of the rows with a number in each of some columns, shape (rows,)."""
+    return np.asarray(np.isfinite(points[list(columns)].to_numpy(float)).all(axis=1))
 
 
 def _refuse_unlabelled(points: pd.DataFrame, mu_table: MuTable) -> None:
@@ -697,96 +800,105 @@ def _refuse_unlabelled(points: pd.DataFrame, mu_table: MuTable) -> None:
 
 
 def _at_positive_slip(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
-    """The points at positive slip: the law is odd. A point of the rarer sign of mu is left out.
+    """The points at positive slip: the law is odd. Notes count points whose mu has the other sign.
 
     A table has mu with the sign of the slip, or without it. Most of its points at negative slip
-    tell which. The sign of the others contradicts them.
+    tell which. A point whose mu has the other sign
+
+    - stays where mu is so small that noise explains it: without such points the mean is too large;
+    - is left out otherwise, as a slip of the pen.
 
     Raises:
-        OilfilmError: Both signs are frequent, or mu is negative at positive slip.
+        OilfilmError: More than a few points at positive slip, or at negative slip, have the other
+            sign.
     """
     is_backwards = points[SLIP] < 0
-    is_forwards = points[SLIP] > 0
     is_negative = points[MU] < 0
-    reversed_count = int((is_forwards & is_negative).sum())
-    if 2 * reversed_count > is_forwards.sum():
-        raise mu_table.error(
-            f"of {int(is_forwards.sum())} rows at positive slip {reversed_count} have a negative "
-            "mu.",
-            "Reverse the sign of the force, or that of the slip.",
-        )
-    backwards_count = int(is_backwards.sum())
-    negative_count = int((is_backwards & is_negative).sum())
-    if backwards_count == 0:
-        return points
-    mu_has_sign = 2 * negative_count > backwards_count
-    has_odd_sign = is_backwards & (is_negative != mu_has_sign) & (points[MU] != 0)
-    odd_count = int(has_odd_sign.sum())
-    if odd_count > _MAX_ODD_SIGN_SHARE * backwards_count:
-        raise mu_table.error(
-            f"of {backwards_count} rows at negative slip {negative_count} have a negative mu.",
-            "Give mu the sign of the slip in all rows, or in none.",
-        )
-    if odd_count:
-        odd_point = points.loc[has_odd_sign].iloc[0]
-        convention = "has the sign of the slip" if mu_has_sign else "has no sign"
-        mu_table.notes.append(
-            f"{odd_count} of {len(points)} rows are left out: at negative slip mu "
-            f"{convention} in the other rows, and here it is {odd_point[MU]:g} "
-            f"at S = {odd_point[SLIP]:g}"
+    is_beyond_noise = points[MU].abs() > _NOISE_SHARE * points[MU].abs().median()
+    is_clearly_backwards = is_backwards & is_beyond_noise
+    mu_has_sign = bool((is_clearly_backwards & is_negative).sum() > is_clearly_backwards.sum() / 2)
+    expects_negative = is_backwards & mu_has_sign
+    has_odd_sign = (points[SLIP] != 0) & (points[MU] != 0) & (is_negative != expects_negative)
+    is_odd = has_odd_sign & is_beyond_noise
+    for direction, is_in_direction in (("positive", points[SLIP] > 0), ("negative", is_backwards)):
+        row_count = int(is_in_direction.sum())
+        if (is_odd & is_in_direction).sum() > _MAX_ODD_SIGN_SHARE * row_count:
+            raise mu_table.error(
+                f"of {row_count} rows at {direction} slip "
+                f"{int((is_in_direction & is_negative).sum())} have a negative mu.",
+                "Give mu the sign of the slip in all rows, or in none; or reverse the sign of the "
+                "force.",
+            )
+    noisy_count = int((has_odd_sign & ~is_beyond_noise).sum())
+    if noisy_count:
+        mu_table.note_on_rows(
+            f"{noisy_count} of {len(points)} rows are used although mu has the other sign there: "
+            f"it is at most {_NOISE_SHARE:.0%} of the median, as noise may be"
         )
     turned_points = points.assign(**{SLIP: points[SLIP].abs()})
     if mu_has_sign:
         turned_points.loc[is_backwards, MU] *= -1
-    return turned_points.loc[~has_odd_sign].reset_index(drop=True)
+    reason = ""
+    if is_odd.any():
+        odd_point = points.loc[is_odd].iloc[0]
+        convention = "has the sign of the slip" if mu_has_sign else "has no sign"
+        reason = (
+            f"mu {convention} in the other rows, and here it is {odd_point[MU]:g} at S = "
+            f"{odd_point[SLIP]:g}"
+        )
+    return mu_table.without_rows(turned_points, is_odd.to_numpy(), reason)
 
 
-def with_pressure(points: pd.DataFrame, ball_radius_m: float, materials: str) -> pd.DataFrame:
-    """Points with the maximum Hertz pressure of their load on a ball and a flat disc.
+class _BallOnDisc(Group):
+    """A ball on a flat disc."""
 
-    Args:
-        points: Points with the column `load_n`.
-        ball_radius_m: Radius of the ball, in m.
-        materials: Materials of ball and disc, as `steel,glass` or `206GPa:0.3,steel`.
-
-    Raises:
-        OilfilmError: A material is not known.
-
-    Examples:
-        20 N on a steel ball of 9.525 mm, against steel: 0.818 GPa by hand with E' = 226.4 GPa.
-
-        >>> points = pd.DataFrame({"load_n": [20.0]})
-        >>> with_pressure(points, 9.525e-3, "steel,steel")["max_hertz_pressure_gpa"].round(3)[0]
-        np.float64(0.818)
-    """
-    pressure_gpa = pressure_gpa_of_load(points[LOAD].to_numpy(), ball_radius_m, materials)
-    return points.assign(**{PRESSURE: pressure_gpa})
+    ball_radius_m: q.BallRadiusM = key("Radius of the ball.")
+    ball: Elasticity = key("Elastic constants of the ball.")
+    disc: Elasticity = key("Elastic constants of the disc.")
 
 
 def pressure_gpa_of_load(load_n: FloatArray, ball_radius_m: float, materials: str) -> FloatArray:
     """Maximum Hertz pressure in GPa of loads in N on a ball and a flat disc, shape (rows,).
 
+    Args:
+        load_n: Loads, in N.
+        ball_radius_m: Radius of the ball, in m.
+        materials: Materials of ball and disc, as `steel,glass` or `206GPa:0.3,steel`.
+
     Raises:
-        OilfilmError: A material is not known.
+        OilfilmError: A material is not known, or the radius or an elastic constant is impossible.
+
+    Examples:
+        20 N on a steel ball of 9.525 mm, against steel: 0.818 GPa by hand with E' = 226.4 GPa.
+
+        >>> pressure_gpa_of_load(np.array([20.0]), 9.525e-3, "steel,steel").round(3)
+        array([0.818])
     """
     try:
-        ball_material, disc_material = materials.split(",")
-        ball_modulus_pa, ball_poisson_ratio = _elastic_constants(ball_material.strip())
-        disc_modulus_pa, disc_poisson_ratio = _elastic_constants(disc_material.strip())
+        ball_name, disc_name = materials.split(",")
+        ball = _elastic_constants(ball_name.strip())
+        disc = _elastic_constants(disc_name.strip())
     except (KeyError, ValueError):
         raise OilfilmError(
             f"--materials: found {materials!r}; expected ball,disc, as steel,glass, each one of "
             f"{', '.join(MATERIALS)}, or Young's modulus and Poisson's ratio, as 206GPa:0.3."
         ) from None
-    modulus_pa = reduced_modulus(
-        ball_modulus_pa, ball_poisson_ratio, disc_modulus_pa, disc_poisson_ratio
+    contact = validated(
+        {"ball_radius_m": ball_radius_m, "ball": ball, "disc": disc},
+        _BallOnDisc,
+        lambda _: f"--ball-radius {ball_radius_m}m --materials {materials}",
     )
-    return np.asarray(max_hertz_pressure(load_n, ball_radius_m, modulus_pa) / PA_PER_GPA)
+    modulus_pa = contact.ball.reduced_modulus_with(contact.disc)
+    pressure_pa = max_hertz_pressure(load_n, contact.ball_radius_m, modulus_pa)
+    return np.asarray(pressure_pa / PA_PER_GPA)
 
 
-def _elastic_constants(material: str) -> tuple[float, float]:
-    """Young's modulus in Pa and Poisson's ratio of a material, by name or as 206GPa:0.3."""
+def _elastic_constants(material: str) -> dict[str, float]:
+    """Elastic constants of a material by their keys, by its name or from a text as 206GPa:0.3."""
     if ":" in material:
-        modulus_gpa, _, poisson_ratio = material.partition(":")
-        return float(modulus_gpa.removesuffix("GPa")) * PA_PER_GPA, float(poisson_ratio)
-    return MATERIALS[material]
+        modulus_gpa, _, poisson_ratio_text = material.partition(":")
+        youngs_modulus_pa = float(modulus_gpa.removesuffix("GPa")) * PA_PER_GPA
+        poisson_ratio = float(poisson_ratio_text)
+    else:
+        youngs_modulus_pa, poisson_ratio = MATERIALS[material]
+    return {"youngs_modulus_pa": youngs_modulus_pa, "poisson_ratio": poisson_ratio}

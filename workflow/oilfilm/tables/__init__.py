@@ -645,7 +645,7 @@ def _file_content(
         raise _damage_error(path, error) from error
 
 
-def _damage_error(path: Path, error: Exception | str) -> OilfilmError:
+def _damage_error(path: Path | str, error: Exception | str) -> OilfilmError:
     return OilfilmError(
         f"{path}: cannot be read as Parquet ({error}). Delete it and run snakemake again."
     )
@@ -675,7 +675,7 @@ def _check_written_as(table_name: str, path: Path, columns: Sequence[str] | None
             table and no others.
     """
     schema = _schema(path)
-    written_name = _footer(path, schema).get("table")
+    written_name = footer_of(schema, path).get("table")
     if written_name != table_name:
         raise OilfilmError(
             f"{path}: holds table {cut(repr(written_name))}; expected {table_name!r}. Delete it "
@@ -700,7 +700,7 @@ def read_footer(path: Path) -> dict[str, Any]:
     Raises:
         OilfilmError: The file is missing, damaged or was not written by oilfilm.
     """
-    return _footer(path, _schema(path))
+    return footer_of(_schema(path), path)
 
 
 def _schema(path: Path) -> arrow.Schema:
@@ -712,7 +712,16 @@ def _schema(path: Path) -> arrow.Schema:
         raise _damage_error(path, error) from error
 
 
-def _footer(path: Path, schema: arrow.Schema) -> dict[str, Any]:
+def footer_of(schema: arrow.Schema, path: Path | str) -> dict[str, Any]:
+    """Provenance and table name in the schema of a Parquet file.
+
+    Args:
+        schema: The schema.
+        path: The file, for messages.
+
+    Raises:
+        OilfilmError: The footer is damaged, or was not written by oilfilm.
+    """
     metadata = schema.metadata or {}
     try:
         footer = json.loads(metadata.get(b"oilfilm", b"null"))
