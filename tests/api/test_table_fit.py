@@ -1,7 +1,6 @@
 """A table of mu in many dialects: planted constants come back, or the true reason is told."""
 
 import gzip
-import json
 import shlex
 from functools import partial
 from pathlib import Path
@@ -388,14 +387,10 @@ def test_mu_that_is_often_negative_at_positive_slip_is_refused(points: pd.DataFr
 
 
 def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_path: Path) -> None:
-    text, parquet = tmp_path / "mu.csv", tmp_path / "mu.parquet"
+    text = tmp_path / "mu.csv"
     text.write_text("# simulated: yes\n" + points.to_csv(index=False), encoding="utf-8")
     oilfilm.fit_table(text, **QUICK).save(tmp_path / "june")
-    table = pyarrow.Table.from_pandas(points)
-    footer = json.dumps({"data": "simulated"})
-    pyarrow.parquet.write_table(table.replace_schema_metadata({"oilfilm": footer}), parquet)
     for simulated, fit in (
-        (True, oilfilm.fit_table(parquet, **QUICK)),
         (True, oilfilm.fit_table(points, simulated=True, **QUICK)),
         (False, oilfilm.fit_table(points, **QUICK)),
     ):

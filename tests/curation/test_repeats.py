@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import bad_logs
-from nights import nightly, quick_ones
+from nights import nightly
 from oilfilm.curation.curate import CuratedTables, collect, curate_logs
 from oilfilm.settings.resolved import Settings
 
@@ -46,7 +46,8 @@ def refused_as(curated: CuratedTables, rule: str) -> list[str]:
     return curated.runs.loc[curated.runs["rule"] == rule, "run_id"].tolist()
 
 
-@pytest.mark.parametrize("seed", quick_ones(range(3), [0]))
+@pytest.mark.nightly
+@pytest.mark.parametrize("seed", range(3))
 def test_no_honest_repeat_is_a_copy(one_run: CuratedTables, seed: int) -> None:
     settings = with_repeats(bad_logs.CONFIG, "accept")
     curated = collect(repeats(one_run, 400, seed), settings)
@@ -171,7 +172,7 @@ def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: CuratedTables
     errors = points.loc[of_run[0], list(MEASURED.values())].to_numpy()
     signs = np.where(np.arange(len(first)) % 2, 1, -1)[:, np.newaxis]
     found = set()
-    for size in np.linspace(0.0, 1.0, 41):
+    for size in np.linspace(0.0, 1.0, 11):
         points.loc[of_run[1], names] = first + size * signs * errors
         points.loc[of_run[2], names] = first + 2 * size * signs * errors
         curated = collect(measured, with_repeats(bad_logs.CONFIG, "accept"))

@@ -1,5 +1,6 @@
 """Uncertainty of the calculated torque: draws against derivatives, and where cages part."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ from scipy.special import ndtri
 
 from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
+from oilfilm.base.units import FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.inputs import InputValues, UncertainInput
 from oilfilm.fits.fitted import FittedLaw
@@ -328,7 +330,7 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
         .set_index("variance_cause")["torque_share"]
     )
 
-    def torque_with(factor: float, flow_m3_s: float) -> float:
+    def torques_with(factors: Sequence[float], flow_m3_s: float) -> FloatArray:
         changed_bearing = replace(
             bearing,
             uncertain_inputs={
@@ -336,17 +338,15 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
                 "feed_flow_m3_s": UncertainInput(*[flow_m3_s] * 3),
             },
         )
-        frame = pd.DataFrame([{**LOAD_SPEED_TEMPERATURE, "traction_factor": factor}])
-        return float(
-            FrictionCases(
-                changed_bearing, [CaseGroup(oil_with_run_error, "stress", frame)]
-            ).calculate()["torque_n_m"][0]
+        frame = pd.DataFrame(
+            [{**LOAD_SPEED_TEMPERATURE, "traction_factor": factor} for factor in factors]
         )
+        groups = [CaseGroup(oil_with_run_error, "stress", frame)]
+        return FrictionCases(changed_bearing, groups).calculate()["torque_n_m"]
 
-    flows = flow.quantiles((np.arange(50) + 0.5) / 50)
-    by_flow = np.var([torque_with(1.0, value) for value in flows])
-    factors = np.exp(0.05 * ndtri((np.arange(50) + 0.5) / 50))
-    by_run = np.var([torque_with(value, flow.value) for value in factors])
+    levels = (np.arange(50) + 0.5) / 50
+    by_flow = np.var([torques_with([1.0], flow_m3_s) for flow_m3_s in flow.quantiles(levels)])
+    by_run = np.var(torques_with(np.exp(0.05 * ndtri(levels)), flow.value))
     expected = by_flow / (by_flow + by_run)
     assert shares["feed_flow_m3_s"] == pytest.approx(expected, abs=0.1)
     assert shares["runs"] == pytest.approx(1 - expected, abs=0.1)
