@@ -267,8 +267,17 @@ def test_conditions_of_the_matrix_without_an_accepted_run_are_planned() -> None:
     assert reasons(run_plan) == {"reference", "planned"}
 
 
-def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> CampaignTables:
-    """Accepted runs, whose set points are in the table of runs."""
+def campaign_tables(
+    conditions: FloatArray, names: list[str], oil: str, direction: int = 1
+) -> CampaignTables:
+    """Accepted runs, whose set points are in the table of runs.
+
+    Args:
+        conditions: P, U and T of each run.
+        names: Their names.
+        oil: Name of the oil.
+        direction: Sign of slip and traction: -1 where the ball is the faster body.
+    """
     runs = []
     points = []
     set_points = [f"nominal_{name}" for name in CONDITIONS]
@@ -276,8 +285,9 @@ def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> Campa
         run = {"run_id": name, "oil": oil, "rig": "ball-on-disc-20mm", "verdict": "accepted"}
         runs.append(run | dict(zip(set_points, row, strict=True)))
         for slip in (0.01, 0.3):
-            point = {"run_id": name, "oil": oil, "accepted": True, "slide_roll_ratio": slip}
-            points.append(point | {"traction_coefficient": 0.01 + row[0] / 100})
+            point = {"run_id": name, "oil": oil, "accepted": True}
+            point |= {"slide_roll_ratio": direction * slip}
+            points.append(point | {"traction_coefficient": direction * (0.01 + row[0] / 100)})
     return CampaignTables.from_frames(runs=rows("runs", *runs), points=rows("points", *points))
 
 
@@ -301,6 +311,17 @@ def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows
             tables.append(table.drop(columns=["oil"]))
     for table in tables[1:]:
         pd.testing.assert_frame_equal(table, tables[0])
+
+
+def test_runs_with_the_faster_ball_are_planned_with_the_size_of_their_slip() -> None:
+    conditions = grid(*BOX)
+    names = [f"run{number}" for number in range(8)]
+    results = campaign_tables(conditions, names, OIL, direction=-1)
+    measured_runs = MeasuredRuns.from_results(results, PLAIN, OIL)
+    np.testing.assert_allclose(measured_runs.largest_slip, 0.3)
+    np.testing.assert_allclose(measured_runs.largest_mu, 0.01 + conditions[:, 0] / 100)
+    planned_slip = plan_runs(measured_runs, PLAIN, OIL).table()["slide_roll_ratio"]
+    np.testing.assert_allclose(planned_slip, 0.3)
 
 
 def test_the_seed_decides_the_order_and_nothing_else() -> None:
