@@ -26,6 +26,7 @@ from oilfilm.fits.measured_curves import (
 )
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import FullScale
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_point_table
 from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, oils_with_uncertainty
@@ -270,6 +271,22 @@ def test_a_film_that_the_formula_does_not_give_is_not_counted_as_a_thin_one() ->
     assert judged.is_feasible.tolist() == [False, False, True]
     assert counts["a full film (lambda > 3)"] == 1
     assert counts["a film within the range of the formula"] == 1
+
+
+def test_the_force_at_a_slip_that_the_rig_does_not_reach_refuses_no_test() -> None:
+    rig = PlannedRig.from_settings(SETTINGS)
+    # mu of 0.05 at the last slip, for which 1 + S/2 times 30 m/s is too fast
+    slip, mu = np.array([0.01, 0.02, 0.05, 0.3]), np.array([0.01, 0.02, 0.03, 0.05])
+    full_scale = FullScale(
+        load_n=1e4,
+        traction_force_n=0.04 * float(rig.contact.load_n(1.0)),
+        surface_speed_m_s=31.0,
+        temperature_c=200.0,
+    )
+    limited_rig = replace(rig, full_scale=full_scale)
+    judged = judge_tests(limited_rig, None, 3.0, np.array([[1.0, 30.0, 60.0]]), slip, mu)
+    assert judged.is_reached.tolist() == [[True, True, True, False]]
+    assert judged.is_feasible.tolist() == [True]
 
 
 @dataclass(frozen=True)
