@@ -259,6 +259,13 @@ def test_what_the_rig_cannot_run_is_counted_and_named() -> None:
     assert set(planned[:, 0]) == {1.0, 1.25}
 
 
+def test_a_first_plan_beyond_the_rig_names_the_limit() -> None:
+    weak_rig = {"rigs": {"ball-on-disc-20mm": {"limits": {"max_hertz_pressure_gpa": 0.01}}}}
+    run_plan = plan_runs(NO_DATA, PLAIN.with_changes(weak_rig), OIL)
+    assert not run_plan.runs
+    assert run_plan.left_out_count_by_limit["the rig's largest pressure"] == 24
+
+
 def test_conditions_of_the_matrix_without_an_accepted_run_are_planned() -> None:
     matrix = grid(PRESSURES, SPEEDS, TEMPERATURES)
     lost = matrix[[5, 40]]
