@@ -372,8 +372,15 @@ def _add_ranges(
 
 
 def three_digit_text(value: float) -> str:
-    """A number with three significant digits or more, as text without an exponent."""
-    return f"{value:.0f}" if abs(value) >= _NO_DECIMALS_FROM else f"{value:.3g}"
+    """A number with three significant digits or more, as text without an exponent.
+
+    Examples:
+        >>> three_digit_text(1234.5), three_digit_text(5.914), three_digit_text(0.0000123)
+        ('1234', '5.91', '0.0000123')
+    """
+    if abs(value) >= _NO_DECIMALS_FROM:
+        return f"{value:.0f}"
+    return np.format_float_positional(float(f"{value:.3g}"), trim="-")
 
 
 def interval_text(value: float, lower: float, upper: float) -> str:
