@@ -411,6 +411,14 @@ def test_a_plan_is_for_one_rig_and_contact(
         plan_tests(results, settings, OIL, request_for)
     (plan,) = plan_tests(results, settings, OIL, replace(request_for, targets=("traction",)))
     assert len(plan.design.chosen_indices) == request_for.test_count
+    rig_of_unknown_ball = {
+        key: value for key, value in rig_of_another_ball.items() if key != "ball_radius_m"
+    }
+    settings = Settings.from_plain_values(
+        {**plain, "rigs": {RIG_NAME: rig, "other": rig_of_unknown_ball}}
+    )
+    with pytest.raises(OilfilmError, match="config/rigs/other.yaml"):
+        plan_tests(results, settings, OIL, request_for)
     settings = Settings.from_plain_values({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_tests(results, settings, OIL, request_for)
