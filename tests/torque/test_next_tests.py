@@ -417,7 +417,7 @@ def test_a_plan_is_for_one_rig_and_contact(
     settings = Settings.from_plain_values(
         {**plain, "rigs": {RIG_NAME: rig, "other": rig_of_unknown_ball}}
     )
-    with pytest.raises(OilfilmError, match="config/rigs/other.yaml"):
+    with pytest.raises(OilfilmError, match=r"config/rigs/other\.yaml"):
         plan_tests(results, settings, OIL, request_for)
     settings = Settings.from_plain_values({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):

@@ -303,9 +303,9 @@ def _oil_in_bearing(results: CampaignTables, settings: Settings, oil_name: str) 
     for rig_name, rig in settings.rigs.items():
         if rig.contact() is None:
             raise OilfilmError(
-                f"config/rigs/{rig_name}.yaml: lacks the contact (`ball_radius_m`, `ball`, `disc`), "
-                f"so that the law of {oil_name} cannot be used in a bearing. Add it, or plan for "
-                "traction."
+                f"config/rigs/{rig_name}.yaml: lacks the contact (`ball_radius_m`, `ball`, "
+                f"`disc`), so that the law of {oil_name} cannot be used in a bearing. Add it, or "
+                "plan for traction."
             )
     raise OilfilmError(
         f"{oil_name}: the rigs of the campaign have different contacts, so that its law cannot "
