@@ -168,3 +168,14 @@ def test_a_large_campaign_agrees_with_all_of_its_conditions(oils, fitted, monkey
 def test_a_run_of_both_oils_is_refused(oils):
     with pytest.raises(ValueError, match="a run belongs to both oils"):
         fit_ratio(oils[0], oils[0])
+
+
+def test_equal_rounded_values_of_single_points_are_no_run_of_both_oils():
+    conditions, curves, slips = latin(), np.arange(24), np.full(24, 0.05)
+    first = Measurements(conditions, curves, slips, 0.020 + 0.001 * np.arange(24))
+    second = Measurements(conditions, curves, slips, 0.043 + 0.001 * np.arange(24))
+    assert set(first.mu.round(3)) & set(second.mu.round(3)) == {0.043}
+    second = replace(second, mu=second.mu.round(3))
+    first = replace(first, mu=first.mu.round(3))
+    assert not RunsOfPair(first, second).has_common_runs()
+    assert RunsOfPair(first, first).has_common_runs()

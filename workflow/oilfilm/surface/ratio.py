@@ -49,6 +49,8 @@ from oilfilm.surface.threads import with_one_blas_thread
 _CONDITION_COUNT_FOR_RATIO = 120
 # Number of those at which the sizes are searched.
 _CONDITION_COUNT_FOR_SIZES = 30
+# Fewest points whose values are equal in one run only, even if they are rounded.
+_FEWEST_POINTS_OF_SAME_RUN = 5
 
 
 @dataclass(frozen=True)
@@ -113,8 +115,15 @@ class RunsOfPair:
         return has_first & has_second
 
     def has_common_runs(self) -> bool:
-        """Whether a curve of one oil has the same mu as a curve of the other."""
-        return not _mu_of_curves(self.first).isdisjoint(_mu_of_curves(self.second))
+        """Whether a curve of one oil has the same mu as a curve of the other.
+
+        Rounded values of short curves may be equal by chance. These count where each curve of an
+        oil is the same as one of the other.
+        """
+        mu_of_first, mu_of_second = _mu_of_curves(self.first), _mu_of_curves(self.second)
+        common = mu_of_first & mu_of_second
+        are_all_common = common in (mu_of_first, mu_of_second)
+        return are_all_common or any(len(mu) >= _FEWEST_POINTS_OF_SAME_RUN for mu in common)
 
     def at_representative_conditions(self, condition_count: int) -> "RunsOfPair":
         """The points at some conditions that are far from each other; all points if there are few.
