@@ -81,9 +81,6 @@ class RunsOfPair:
     @cached_property
     def stacked(self) -> Measurements:
         """The points of both, as if they were one oil."""
-        noise_ratio = None
-        if self.first.noise_ratio is not None and self.second.noise_ratio is not None:
-            noise_ratio = np.concatenate([self.first.noise_ratio, self.second.noise_ratio])
         return Measurements(
             conditions=np.vstack([self.first.conditions, self.second.conditions]),
             curve_of_point=np.concatenate(
@@ -91,7 +88,9 @@ class RunsOfPair:
             ),
             slip=np.concatenate([self.first.slip, self.second.slip]),
             mu=np.concatenate([self.first.mu, self.second.mu]),
-            noise_ratio=noise_ratio,
+            noise_ratio=np.concatenate(
+                [self.first.noise_ratio_of_points, self.second.noise_ratio_of_points]
+            ),
             level_widths=self.first.level_widths,
         )
 
@@ -191,9 +190,7 @@ class RunsOfPair:
             designs.append(
                 effect_design(log_mu_of_oil, measurements.point_conditions, measurements.slip)
             )
-        weight = np.ones(len(self.stacked.slip))
-        if self.stacked.noise_ratio is not None:
-            weight = 1 / self.stacked.noise_ratio
+        weight = curves.weight_of_point
         weighted_departure = weight * np.concatenate(departures)
         departure = curves.vectors.T @ weighted_departure
         return replace(
