@@ -1,5 +1,7 @@
 """What two levels of a condition leave open."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import LevelWidths, scaled_conditions
 from oilfilm.traction import PAPER_LAW
+from oilfilm.traction.laws.deng2026 import DENG_EXPONENTIAL
 
 LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
 LOWEST, HIGHEST = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
@@ -35,6 +38,26 @@ def test_the_bend_is_the_difference_of_a_power_law_and_an_exponential():
     (bend,) = form_bends(LAW, box((3, 3, 2)), at, slip)
     # the two terms of the slope have powers of T of their own: nearly a power law
     assert bend == pytest.approx(np.log(middle / exponential), rel=0.05)
+
+
+@pytest.mark.parametrize("lowest_c", [0.0, -10.0])
+def test_between_levels_in_frost_no_power_of_the_temperature_is_expected(lowest_c):
+    # a power of a temperature in degC has no value there, so that the paper's law is not asked
+    box_in_frost = replace(box((3, 3, 2)), lowest=scaled_conditions([[1.0, 25.0, lowest_c]])[0])
+    at = np.array([[1.2, 30.0, 20.0], [1.2, 30.0, -5.0]])
+    assert form_bends(LAW, box_in_frost, at, np.full(2, 0.05)).tolist() == [[0.0], [0.0]]
+
+
+def test_a_power_of_the_temperature_is_far_from_an_exponential_in_frost():
+    # ln(1/1000) / ln(120/25) is -4.4 in place of -0.3, so that 4 D is left open
+    law = FreeLaw(DENG_EXPONENTIAL, DENG_CONSTANTS, np.ones(12, dtype=bool))
+    at, slip = (
+        np.array([[1.2, 30.0, -5.0], [1.2, 30.0, 25.0], [1.2, 30.0, 120.0]]),
+        np.full(3, 0.05),
+    )
+    _, cold, hot = law.log_mu(at, slip)
+    bend_in_frost = form_bends(law, box((3, 3, 2)), at, slip)[0, 0]
+    assert bend_in_frost == pytest.approx(-4.09 * (hot - cold), rel=0.01)
 
 
 def test_three_levels_leave_no_form_open():

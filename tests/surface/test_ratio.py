@@ -165,6 +165,25 @@ def test_a_large_campaign_agrees_with_all_of_its_conditions(oils, fitted, monkey
     assert (few.ln_ratio_sd > every.ln_ratio_sd).all()
 
 
+def test_the_noise_of_one_oil_counts_where_that_of_the_other_is_not_known(oils):
+    first, second = (oil.measurements for oil in oils)
+    ratio_of_first = np.where(np.arange(len(first.slip)) % 2, 5.0, 1.0)
+    runs = RunsOfPair(replace(first, noise_ratio=ratio_of_first), second)
+    expected = np.append(ratio_of_first, np.ones(len(second.slip)))
+    np.testing.assert_array_equal(runs.stacked.noise_ratio_of_points, expected)
+
+
 def test_a_run_of_both_oils_is_refused(oils):
     with pytest.raises(ValueError, match="a run belongs to both oils"):
         fit_ratio(oils[0], oils[0])
+
+
+def test_equal_rounded_values_of_single_points_are_no_run_of_both_oils():
+    conditions, curves, slips = latin(), np.arange(24), np.full(24, 0.05)
+    first = Measurements(conditions, curves, slips, 0.020 + 0.001 * np.arange(24))
+    second = Measurements(conditions, curves, slips, 0.043 + 0.001 * np.arange(24))
+    assert set(first.mu.round(3)) & set(second.mu.round(3)) == {0.043}
+    second = replace(second, mu=second.mu.round(3))
+    first = replace(first, mu=first.mu.round(3))
+    assert not RunsOfPair(first, second).has_common_runs()
+    assert RunsOfPair(first, first).has_common_runs()

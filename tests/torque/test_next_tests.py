@@ -26,6 +26,7 @@ from oilfilm.fits.measured_curves import (
 )
 from oilfilm.settings.config import BearingSettings
 from oilfilm.settings.resolved import Settings
+from oilfilm.settings.rig import FullScale
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.answers import operating_point_table
 from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, oils_with_uncertainty
@@ -272,6 +273,22 @@ def test_a_film_that_the_formula_does_not_give_is_not_counted_as_a_thin_one() ->
     assert counts["a film within the range of the formula"] == 1
 
 
+def test_the_force_at_a_slip_that_the_rig_does_not_reach_refuses_no_test() -> None:
+    rig = PlannedRig.from_settings(SETTINGS)
+    # mu of 0.05 at the last slip, for which 1 + S/2 times 30 m/s is too fast
+    slip, mu = np.array([0.01, 0.02, 0.05, 0.3]), np.array([0.01, 0.02, 0.03, 0.05])
+    full_scale = FullScale(
+        load_n=1e4,
+        traction_force_n=0.04 * float(rig.contact.load_n(1.0)),
+        surface_speed_m_s=31.0,
+        temperature_c=200.0,
+    )
+    limited_rig = replace(rig, full_scale=full_scale)
+    judged = judge_tests(limited_rig, None, 3.0, np.array([[1.0, 30.0, 60.0]]), slip, mu)
+    assert judged.is_reached.tolist() == [[True, True, True, False]]
+    assert judged.is_feasible.tolist() == [True]
+
+
 @dataclass(frozen=True)
 class Stepping:
     """Stands for an oil in a bearing: torque 2 + ln|A0/A0'|, at 1 N with a jump at the truth."""
@@ -394,6 +411,14 @@ def test_a_plan_is_for_one_rig_and_contact(
         plan_tests(results, settings, OIL, request_for)
     (plan,) = plan_tests(results, settings, OIL, replace(request_for, targets=("traction",)))
     assert len(plan.design.chosen_indices) == request_for.test_count
+    rig_of_unknown_ball = {
+        key: value for key, value in rig_of_another_ball.items() if key != "ball_radius_m"
+    }
+    settings = Settings.from_plain_values(
+        {**plain, "rigs": {RIG_NAME: rig, "other": rig_of_unknown_ball}}
+    )
+    with pytest.raises(OilfilmError, match=r"config/rigs/other\.yaml"):
+        plan_tests(results, settings, OIL, request_for)
     settings = Settings.from_plain_values({**plain, "rigs": {RIG_NAME: rig, "other": rig}})
     with pytest.raises(OilfilmError, match="A plan is for one rig"):
         plan_tests(results, settings, OIL, request_for)

@@ -259,6 +259,13 @@ def test_what_the_rig_cannot_run_is_counted_and_named() -> None:
     assert set(planned[:, 0]) == {1.0, 1.25}
 
 
+def test_a_first_plan_beyond_the_rig_names_the_limit() -> None:
+    weak_rig = {"rigs": {"ball-on-disc-20mm": {"limits": {"max_hertz_pressure_gpa": 0.01}}}}
+    run_plan = plan_runs(NO_DATA, PLAIN.with_changes(weak_rig), OIL)
+    assert not run_plan.runs
+    assert run_plan.left_out_count_by_limit["the rig's largest pressure"] == 24
+
+
 def test_conditions_of_the_matrix_without_an_accepted_run_are_planned() -> None:
     matrix = grid(PRESSURES, SPEEDS, TEMPERATURES)
     lost = matrix[[5, 40]]
@@ -267,8 +274,17 @@ def test_conditions_of_the_matrix_without_an_accepted_run_are_planned() -> None:
     assert reasons(run_plan) == {"reference", "planned"}
 
 
-def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> CampaignTables:
-    """Accepted runs, whose set points are in the table of runs."""
+def campaign_tables(
+    conditions: FloatArray, names: list[str], oil: str, direction: int = 1
+) -> CampaignTables:
+    """Accepted runs, whose set points are in the table of runs.
+
+    Args:
+        conditions: P, U and T of each run.
+        names: Their names.
+        oil: Name of the oil.
+        direction: Sign of slip and traction: -1 where the ball is the faster body.
+    """
     runs = []
     points = []
     set_points = [f"nominal_{name}" for name in CONDITIONS]
@@ -276,8 +292,9 @@ def campaign_tables(conditions: FloatArray, names: list[str], oil: str) -> Campa
         run = {"run_id": name, "oil": oil, "rig": "ball-on-disc-20mm", "verdict": "accepted"}
         runs.append(run | dict(zip(set_points, row, strict=True)))
         for slip in (0.01, 0.3):
-            point = {"run_id": name, "oil": oil, "accepted": True, "slide_roll_ratio": slip}
-            points.append(point | {"traction_coefficient": 0.01 + row[0] / 100})
+            point = {"run_id": name, "oil": oil, "accepted": True}
+            point |= {"slide_roll_ratio": direction * slip}
+            points.append(point | {"traction_coefficient": direction * (0.01 + row[0] / 100)})
     return CampaignTables.from_frames(runs=rows("runs", *runs), points=rows("points", *points))
 
 
@@ -301,6 +318,17 @@ def test_order_does_not_depend_on_names_of_runs_and_oils_or_on_the_order_of_rows
             tables.append(table.drop(columns=["oil"]))
     for table in tables[1:]:
         pd.testing.assert_frame_equal(table, tables[0])
+
+
+def test_runs_with_the_faster_ball_are_planned_with_the_size_of_their_slip() -> None:
+    conditions = grid(*BOX)
+    names = [f"run{number}" for number in range(8)]
+    results = campaign_tables(conditions, names, OIL, direction=-1)
+    measured_runs = MeasuredRuns.from_results(results, PLAIN, OIL)
+    np.testing.assert_allclose(measured_runs.largest_slip, 0.3)
+    np.testing.assert_allclose(measured_runs.largest_mu, 0.01 + conditions[:, 0] / 100)
+    planned_slip = plan_runs(measured_runs, PLAIN, OIL).table()["slide_roll_ratio"]
+    np.testing.assert_allclose(planned_slip, 0.3)
 
 
 def test_the_seed_decides_the_order_and_nothing_else() -> None:

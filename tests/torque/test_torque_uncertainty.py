@@ -353,21 +353,29 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
     assert shares.drop(["feed_flow_m3_s", "runs"]).max() < 1e-6
 
 
+FLOW_INPUTS = ("feed_flow_m3_s", "momentum_share")
+
+
+@pytest.mark.parametrize("is_flow_known", [True, False])
 @pytest.mark.parametrize(("run_sd", "text"), [(np.nan, "not known"), (0.05, "5 % of it")])
-def test_a_scatter_of_runs_that_nobody_knows_has_no_share(run_sd, text):
+def test_a_scatter_of_runs_or_a_flow_that_nobody_knows_has_no_share(run_sd, text, is_flow_known):
     no_refits = with_first_constant(0.0, 10)
     uncertain_oil = oil("4050", no_refits, with_first_constant(0.0, 0), drag=0.1, run_sd=run_sd)
     points = operating_point_table(BEARING, 1e4, 12e3, 100.0)
     config = resolve(LABORATORY, {})
+    unknown_inputs = dict.fromkeys(FLOW_INPUTS, UncertainInput(np.nan, np.nan, np.nan))
+    unknown_inputs = {} if is_flow_known else unknown_inputs
+    bearing = replace(BEARING, uncertain_inputs={**BEARING.uncertain_inputs, **unknown_inputs})
     answered = calculate_answers(
-        [uncertain_oil], BEARING, points, config, lambda rows: np.ones(1, bool)
+        [uncertain_oil], bearing, points, config, lambda rows: np.ones(1, bool)
     )
     shares = answered.shares.set_index("variance_cause", drop=False)
     is_known = bool(np.isfinite(run_sd))
     assert range_text(shares.loc["runs"]).startswith(text)
     assert shares.loc["runs", ["torque_share", "slip_share"]].notna().all() == is_known
     assert range_text(shares.loc["rig"]) == "as stated in the rig's file"
-    assert shares.drop("runs")["torque_share"].notna().all()
+    assert (shares.loc[list(FLOW_INPUTS), "torque_share"].notna() == is_flow_known).all()
+    assert shares.drop(["runs", *FLOW_INPUTS])["torque_share"].notna().all()
 
 
 @pytest.mark.parametrize(("lost_draws", "is_known"), [(5, True), (6, False)])
@@ -428,6 +436,17 @@ def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():
     inside &= draws[100] <= interval["torque_n_m_upper"].to_numpy()
     # the share of 5000 is known to 0.3 %; the usual ranks hold 93 %
     assert inside.mean() == pytest.approx(0.95, abs=0.01)
+
+
+def test_where_all_draws_may_be_lost_one_draw_gives_no_interval() -> None:
+    draws = np.ones((3, 40, 3))
+    # no draw, one draw and two draws have an equilibrium
+    draws[:, :, 0] = draws[:, 1:, 1] = draws[:, 2:, 2] = np.nan
+    settings = SETTINGS.uncertainty.model_copy(update={"lost_share_max": 1.0})
+    calculated = pd.DataFrame({"torque_n_m": np.ones(3)})
+    interval = add_uncertainty(calculated, draws, np.ones(3, bool), np.ones(3), settings)
+    assert interval["torque_n_m_lower"].notna().tolist() == [False, False, True]
+    assert interval["draws_split"].notna().tolist() == [False, False, True]
 
 
 OILS = pytest.mark.parametrize("oil_name", ["4102", "4050"])

@@ -343,9 +343,10 @@ def skf_torque_n_m(
     Returns:
         Mrr + Msl, in N m.
 
-    Validity: loads above the catalogue's minimum, and speeds up to the limiting speed of a bearing,
-    about 0.7 million mm rpm for single-row angular-contact bearings. The sliding torque increases
-    with n^(8/3): at 2 million mm rpm it alone is several times any measured torque.
+    Validity: synthetic oil, as mineral oil has 0.05 in place of 0.04; loads above the catalogue's
+    minimum, and speeds up to the limiting speed of a bearing, about 0.7 million mm rpm for
+    single-row angular-contact bearings. The sliding torque increases with n^(8/3): at 2 million mm
+    rpm it alone is several times any measured torque.
 
     Reference: SKF, Rolling bearings, general catalogue, 2018: the SKF model for calculating the
         frictional moment, angular contact ball bearings.

@@ -9,6 +9,9 @@ differ by g D with
 Laws have power laws of the temperature in degC; films follow exponentials more nearly. At low slip,
 where traction follows the viscosity, g D is up to a quarter of mu. The difference has a standard
 deviation of one; no form is chosen.
+
+A power of a temperature in degC has no value at 0 and below. Where a level is there, no power law
+is expected, and g is 0. Far below the lowest level a power law is taken at a thousandth of it.
 """
 
 import numpy as np
@@ -17,6 +20,9 @@ from oilfilm.base.units import FloatArray
 from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import unscaled_conditions
+
+# Smallest value of a condition in a power law, over the lowest level.
+_SMALLEST_RATIO = 1e-3
 
 
 def form_bends(
@@ -35,13 +41,17 @@ def form_bends(
     for condition_column in np.flatnonzero(box.has_two_levels):
         lowest = lowest_conditions[condition_column]
         highest = highest_conditions[condition_column]
+        if lowest <= 0:
+            bends.append(np.zeros((len(slip), 1)))
+            continue
         conditions_at_lowest = conditions.copy()
         conditions_at_lowest[:, condition_column] = lowest
         conditions_at_highest = conditions.copy()
         conditions_at_highest[:, condition_column] = highest
         change = law.log_mu(conditions_at_highest, slip) - law.log_mu(conditions_at_lowest, slip)
         value = conditions[:, condition_column]
-        power_law_share = np.log(value / lowest) / np.log(highest / lowest)
+        ratio = np.maximum(value / lowest, _SMALLEST_RATIO)
+        power_law_share = np.log(ratio) / np.log(highest / lowest)
         exponential_share = (value - lowest) / (highest - lowest)
         bends.append(((power_law_share - exponential_share) * change)[:, np.newaxis])
     return np.hstack(bends)

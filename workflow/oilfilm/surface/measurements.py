@@ -160,6 +160,11 @@ class Measurements:
         return self.conditions[self.curve_of_point]
 
     @property
+    def noise_ratio_of_points(self) -> FloatArray:
+        """`noise_ratio`, or 1 for each point if it is not given, shape (points,)."""
+        return np.ones(len(self.slip)) if self.noise_ratio is None else self.noise_ratio
+
+    @property
     def rig_count(self) -> int:
         """Number of rigs; 1 where the data do not name them."""
         return 1 if self.rig_of_curve is None else len(np.unique(self.rig_of_curve))

@@ -49,6 +49,8 @@ from oilfilm.surface.threads import with_one_blas_thread
 _CONDITION_COUNT_FOR_RATIO = 120
 # Number of those at which the sizes are searched.
 _CONDITION_COUNT_FOR_SIZES = 30
+# Fewest points whose values are equal in one run only, even if they are rounded.
+_FEWEST_POINTS_OF_SAME_RUN = 5
 
 
 @dataclass(frozen=True)
@@ -79,9 +81,6 @@ class RunsOfPair:
     @cached_property
     def stacked(self) -> Measurements:
         """The points of both, as if they were one oil."""
-        noise_ratio = None
-        if self.first.noise_ratio is not None and self.second.noise_ratio is not None:
-            noise_ratio = np.concatenate([self.first.noise_ratio, self.second.noise_ratio])
         return Measurements(
             conditions=np.vstack([self.first.conditions, self.second.conditions]),
             curve_of_point=np.concatenate(
@@ -89,7 +88,9 @@ class RunsOfPair:
             ),
             slip=np.concatenate([self.first.slip, self.second.slip]),
             mu=np.concatenate([self.first.mu, self.second.mu]),
-            noise_ratio=noise_ratio,
+            noise_ratio=np.concatenate(
+                [self.first.noise_ratio_of_points, self.second.noise_ratio_of_points]
+            ),
             level_widths=self.first.level_widths,
         )
 
@@ -113,8 +114,15 @@ class RunsOfPair:
         return has_first & has_second
 
     def has_common_runs(self) -> bool:
-        """Whether a curve of one oil has the same mu as a curve of the other."""
-        return not _mu_of_curves(self.first).isdisjoint(_mu_of_curves(self.second))
+        """Whether a curve of one oil has the same mu as a curve of the other.
+
+        Rounded values of short curves may be equal by chance. These count where each curve of an
+        oil is the same as one of the other.
+        """
+        mu_of_first, mu_of_second = _mu_of_curves(self.first), _mu_of_curves(self.second)
+        common = mu_of_first & mu_of_second
+        are_all_common = common in (mu_of_first, mu_of_second)
+        return are_all_common or any(len(mu) >= _FEWEST_POINTS_OF_SAME_RUN for mu in common)
 
     def at_representative_conditions(self, condition_count: int) -> "RunsOfPair":
         """The points at some conditions that are far from each other; all points if there are few.
@@ -182,9 +190,7 @@ class RunsOfPair:
             designs.append(
                 effect_design(log_mu_of_oil, measurements.point_conditions, measurements.slip)
             )
-        weight = np.ones(len(self.stacked.slip))
-        if self.stacked.noise_ratio is not None:
-            weight = 1 / self.stacked.noise_ratio
+        weight = curves.weight_of_point
         weighted_departure = weight * np.concatenate(departures)
         departure = curves.vectors.T @ weighted_departure
         return replace(

@@ -360,10 +360,7 @@ def reduced_curves(
     """
     present_log_mu = floored_log_mu(log_mu, zero_error)
     conditions, slip = measurements.point_conditions, measurements.slip
-    if measurements.noise_ratio is None:
-        weight_of_point = np.ones(len(slip))
-    else:
-        weight_of_point = 1 / measurements.noise_ratio
+    weight_of_point = 1 / measurements.noise_ratio_of_points
     weighted_departure = weight_of_point * (
         response(measurements, present_log_mu, zero_error) - law.log_mu(conditions, slip)
     )

@@ -59,7 +59,7 @@ def factor_of_another_rig(
     Returns:
         The quantile of the gain of another rig over that of a normal distribution with s.
     """
-    # Imported late: reading a saved fit does not need SciPy.
+    # imported late, because only intervals for another rig need it
     import scipy.optimize  # noqa: PLC0415
 
     ln_sds = np.linspace(

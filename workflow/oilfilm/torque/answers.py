@@ -117,7 +117,8 @@ class Answers(NamedTuple):
         points: One row per oil and point, as the table of cage slip, with `best_oil`.
         shares: One row per oil, point and cause, with the range that was drawn: `range_low` and
             `range_high` in the unit of `CAUSE_BY_NAME`, or the relative `standard_uncertainty`.
-            Where the scatter of runs is not known nothing was drawn for it: its shares are null.
+            Where the scatter of runs or the flow of the feed oil is not known nothing was drawn for
+            it: its shares are null.
     """
 
     points: pd.DataFrame
@@ -361,19 +362,28 @@ def _add_ranges(
         standard_uncertainty = standard_uncertainty.mask(
             is_of_oil & (shares["variance_cause"] == "viscosity"), viscosity
         )
-    is_unknown = (shares["variance_cause"] == "runs") & standard_uncertainty.isna()
+    range_low = shares["variance_cause"].map(lowest_by_cause).astype(float)
+    may_be_unknown = shares["variance_cause"].isin(["runs", *INPUT_NAMES])
+    is_unknown = may_be_unknown & standard_uncertainty.isna() & range_low.isna()
     return shares.assign(
         torque_share=shares["torque_share"].mask(is_unknown),
         slip_share=shares["slip_share"].mask(is_unknown),
-        range_low=shares["variance_cause"].map(lowest_by_cause).astype(float),
+        range_low=range_low,
         range_high=shares["variance_cause"].map(highest_by_cause).astype(float),
         standard_uncertainty=standard_uncertainty,
     )
 
 
 def three_digit_text(value: float) -> str:
-    """A number with three significant digits or more, as text without an exponent."""
-    return f"{value:.0f}" if abs(value) >= _NO_DECIMALS_FROM else f"{value:.3g}"
+    """A number with three significant digits or more, as text without an exponent.
+
+    Examples:
+        >>> three_digit_text(1234.5), three_digit_text(5.914), three_digit_text(0.0000123)
+        ('1234', '5.91', '0.0000123')
+    """
+    if abs(value) >= _NO_DECIMALS_FROM:
+        return f"{value:.0f}"
+    return np.format_float_positional(float(f"{value:.3g}"), trim="-")
 
 
 def interval_text(value: float, lower: float, upper: float) -> str:

@@ -290,15 +290,17 @@ class FrictionCases:
         assessed = add_uncertainty(
             calculated, draws, was_drawn, inner_speed_rad_s, settings.uncertainty
         )
-        has_several = all_equilibria.count > 1
+        # motions whose contacts would be wider than the balls are no equilibria
+        motion_count = np.where(calculated["converged"], all_equilibria.count, 0)
+        has_several = motion_count > 1
         # an incomplete search may find several equilibria, but not that there is only one
-        several_is_known = (all_equilibria.count > 0) & (all_equilibria.is_complete | has_several)
+        several_is_known = (motion_count > 0) & (all_equilibria.is_complete | has_several)
         several_or_null = pd.Series(has_several, assessed.index, dtype="boolean").where(
             several_is_known
         )
         # true if either is true, false if both are false, else null
         assessed["bistable"] = several_or_null | assessed["draws_split"]
-        assessed["equilibria"] = all_equilibria.count
+        assessed["equilibria"] = motion_count
         assessed["other_cage_slip"] = np.where(
             has_several, all_equilibria.slowest.cage_slip(), np.nan
         )

@@ -187,9 +187,8 @@ def judge_tests(
         faster_surface_m_s = speed_m_s[:, np.newaxis] * (1 + slip / 2)
         if "surface_speed_m_s" not in full_scale.assumed:
             is_reached &= reaches(full_scale.surface_speed_m_s, faster_surface_m_s)
-        largest_force_n = np.broadcast_to(load_n[:, np.newaxis] * mu, shape_of_tests_and_slips).max(
-            axis=1
-        )
+        force_n = load_n[:, np.newaxis] * mu
+        largest_force_n = np.where(is_reached, force_n, 0.0).max(axis=1)
         is_beyond_by_full_scale_key = {
             "load_n": ("load", exceeds(load_n, full_scale.load_n)),
             "traction_force_n": ("force", exceeds(largest_force_n, full_scale.traction_force_n)),

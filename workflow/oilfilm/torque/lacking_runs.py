@@ -370,18 +370,14 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], can_run: CanRun) -> 
     """24 runs for a campaign without data: at three pressures, four speeds and six temperatures.
 
     The levels are equally spaced in the scale of the conditions, over the largest box among the
-    levels to choose from whose corners the rig can run.
+    levels to choose from whose corners the rig can run. Where it can run no such corner, they are
+    spaced over all levels: the limits that these runs are beyond tell why.
 
     Args:
         levels_to_choose: Levels of P, U and T.
         can_run: Which conditions the rig can run.
-
-    Returns:
-        No runs where the rig can run none of these levels.
     """
     range_of_condition = _largest_box(levels_to_choose, can_run)
-    if range_of_condition is None:
-        return []
     levels_of_condition = []
     for condition_index, (lowest, highest) in enumerate(range_of_condition):
         levels_of_condition.append(
@@ -405,8 +401,8 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], can_run: CanRun) -> 
 
 def _largest_box(
     levels_to_choose: Sequence[Sequence[float]], can_run: CanRun
-) -> list[tuple[float, float]] | None:
-    """The largest box among levels whose corners can be run; None where nothing can be run.
+) -> list[tuple[float, float]]:
+    """The largest box among levels whose corners can be run; that of all levels if none can.
 
     All conditions between such corners can be run, because the others are beyond some limit.
 
@@ -427,9 +423,8 @@ def _largest_box(
     for end_of_condition in itertools.product((0, 1), repeat=len(CONDITIONS)):
         corner = boxes[:, np.arange(len(CONDITIONS)), end_of_condition]
         is_possible &= is_runnable[tuple(corner.T)]
-    if not is_possible.any():
-        return None
-    boxes = boxes[is_possible]
+    if is_possible.any():
+        boxes = boxes[is_possible]
     lowest = scaled_levels[tuple(boxes[:, :, 0].T)]
     highest = scaled_levels[tuple(boxes[:, :, 1].T)]
     volume = np.prod(highest - lowest + _LEVEL_WIDTHS, axis=1)

@@ -300,6 +300,13 @@ def _oil_in_bearing(results: CampaignTables, settings: Settings, oil_name: str) 
     for oil_in_bearing in oils_with_uncertainty(results, settings):
         if oil_in_bearing.name == oil_name:
             return oil_in_bearing
+    for rig_name, rig in settings.rigs.items():
+        if rig.contact() is None:
+            raise OilfilmError(
+                f"config/rigs/{rig_name}.yaml: lacks the contact (`ball_radius_m`, `ball`, "
+                f"`disc`), so that the law of {oil_name} cannot be used in a bearing. Add it, or "
+                "plan for traction."
+            )
     raise OilfilmError(
         f"{oil_name}: the rigs of the campaign have different contacts, so that its law cannot "
         "be used in a bearing. Plan for traction, or for a campaign of one rig."

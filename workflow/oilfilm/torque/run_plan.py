@@ -56,8 +56,8 @@ class MeasuredRuns:
     Attributes:
         conditions: P in GPa, U in m/s and T in degC of each run, in the order of the numbers in
             their names, shape (runs, 3).
-        largest_mu: Largest traction coefficient of each run, shape (runs,).
-        largest_slip: Largest slip of each run, shape (runs,).
+        largest_mu: Largest absolute traction coefficient of each run, shape (runs,).
+        largest_slip: Largest absolute slip of each run, shape (runs,).
     """
 
     conditions: FloatArray
@@ -74,8 +74,7 @@ class MeasuredRuns:
         """
         points = results.table("points", CURVE_COLUMNS, oil=oil_name)
         points = points[points["accepted"]]
-        points_by_run = points.groupby("run_id")
-        runs = results.runs[results.runs["run_id"].isin(list(points_by_run.groups))]
+        runs = results.runs[results.runs["run_id"].isin(points["run_id"])]
         runs_at_levels = with_matched_set_points(
             with_measured_set_points(runs, [points]), settings
         ).set_index("run_id")
@@ -85,11 +84,9 @@ class MeasuredRuns:
         )
         # pressure and speed have a logarithmic scale
         is_known = np.isfinite(conditions).all(axis=1) & (conditions[:, :2] > 0).all(axis=1)
-        largest_values_of_run = (
-            points_by_run[["traction_coefficient", "slide_roll_ratio"]]
-            .max()
-            .loc[runs_at_levels.index]
-        )
+        # slip and traction are below 0 where the ball is the faster body
+        sizes = points[["traction_coefficient", "slide_roll_ratio"]].abs()
+        largest_values_of_run = sizes.groupby(points["run_id"]).max().loc[runs_at_levels.index]
         return cls(
             conditions=conditions[is_known],
             largest_mu=largest_values_of_run["traction_coefficient"].to_numpy(dtype=float)[

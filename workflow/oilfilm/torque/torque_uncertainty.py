@@ -543,7 +543,9 @@ def _has_enough_draws(has_equilibrium: BoolArray, lost_share_max: float) -> Bool
     """Points at which enough draws, shape (draws, points), have an equilibrium."""
     # counts are compared, because a mean may be rounded to either side of the limit
     lost_draws = (~has_equilibrium).sum(axis=0)
-    return np.asarray(lost_draws <= lost_share_max * len(has_equilibrium))
+    has_few_lost_draws = lost_draws <= lost_share_max * len(has_equilibrium)
+    # where all draws may be lost: fewer than two have no spread
+    return np.asarray(has_few_lost_draws & (has_equilibrium.sum(axis=0) >= 2))
 
 
 def _result_arrays(equilibrium: FrictionEquilibrium) -> FloatArray:
