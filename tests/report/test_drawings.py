@@ -96,6 +96,12 @@ def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
     assert {"curves": f"({10 * points_of_run} of", "residuals": "at most 10 runs"}[name] in words
 
 
+def test_one_measured_pressure_is_a_level() -> None:
+    points = pd.DataFrame({"max_hertz_pressure_gpa": [1.2] * 20})
+    levels = curves._levels_of_points(points, "max_hertz_pressure_gpa")
+    assert points.groupby(levels, observed=True).size().to_dict() == {1.2: 20}
+
+
 def test_residuals_of_reversed_slip_keep_their_sign(drawing: Draw, results: CampaignTables) -> None:
     high = results.points.query("slide_roll_ratio > 0").copy()
     high["traction_coefficient"] += 1e-3
