@@ -153,6 +153,17 @@ def test_operating_point_without_a_full_film_says_so(
     assert [row[-1] for row in section.tables[0].rows] == ["4102 (40%)", "none has a full film"]
 
 
+def test_share_of_traction_is_told_where_the_law_has_an_equilibrium(
+    results: CampaignTables, config: Settings
+) -> None:
+    both = [results.torque.assign(load_variable=name) for name in ("stress", "load")]
+    for is_found in (True, False):
+        of_stress = both[0].assign(converged=is_found)
+        torque = pd.concat([of_stress, both[1].assign(converged=True)])
+        section = bearing_section(results.replace(torque=torque), config)
+        assert ("Traction causes" in told(section)) == is_found
+
+
 def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     results: CampaignTables, config: Settings
 ) -> None:
