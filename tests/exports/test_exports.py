@@ -392,6 +392,16 @@ def test_fit_of_one_level_stands_at_that_level_once(curve_only: Description) -> 
     assert "was tested at 32.5 m/s only" in head
 
 
+def test_fit_whose_speed_is_not_known_is_exported_without_adore(config: Settings) -> None:
+    planted = {"A": -0.056, "B": 0.85, "C": 35.5}
+    tables = tables_of(DENG, ["x-1"], planted, ("entrainment_speed_m_s",))
+    points = tables.points.assign(entrainment_speed_m_s=np.nan)
+    fit = describe(tables.replace(points=points), "x-1", "x_1", DENG, config)
+    content = json.loads(texts_of(fit)["traction_x_1.json"])
+    assert set(content["not_written"]) == {"ADORE"}
+    assert "speed" in content["not_written"]["ADORE"]
+
+
 # ------------------------------------------------------------------------- what it says
 
 

@@ -15,16 +15,20 @@ def on_printed_law() -> CampaignTables:
     """Points on the printed law of every oil; their lambda is 10 U/25."""
     coefficients, quality = printed_fits()
     points = pd.concat((make_points(oil, matrix()) for oil in printed()), ignore_index=True)
-    points["rig"] = "ball-on-disc-20mm"
     points["run_id"] = points["oil"] + points["run_id"]
     points["lambda_ratio"] = 0.4 * points["entrainment_speed_m_s"]
-    return CampaignTables.from_frames(points=points, coefficients=coefficients, fit_quality=quality)
+    runs = points.groupby("run_id", as_index=False).first()[["run_id", "oil", *CONDITIONS]]
+    runs = runs.rename(columns={name: f"nominal_{name}" for name in CONDITIONS})
+    runs = runs.assign(rig="ball-on-disc-20mm", nominal_load_n=np.nan)
+    return CampaignTables.from_frames(
+        points=points, runs=runs, coefficients=coefficients, fit_quality=quality
+    )
 
 
 def with_refits() -> CampaignTables:
     """Points on the printed law of every oil, and refits that scatter by 1 % about it."""
     fitted = on_printed_law()
-    coefficients, points = fitted.coefficients, fitted.points
+    coefficients = fitted.coefficients
     coefficients = coefficients.assign(standard_error=0.01 * coefficients["value"].abs())
     random = generator(1, "refits")
     refits = pd.concat(
@@ -35,13 +39,8 @@ def with_refits() -> CampaignTables:
         )
         for number in range(40)
     )
-    runs = points.groupby("run_id", as_index=False).first()[["run_id", "oil", *CONDITIONS]]
-    runs = runs.rename(columns={name: f"nominal_{name}" for name in CONDITIONS})
-    runs = runs.assign(rig="ball-on-disc-20mm", nominal_load_n=np.nan)
     correlations = _correlations(refits)
-    return fitted.replace(
-        runs=runs, coefficients=coefficients, refits=refits, correlations=correlations
-    )
+    return fitted.replace(coefficients=coefficients, refits=refits, correlations=correlations)
 
 
 def _correlations(refits: pd.DataFrame) -> pd.DataFrame:

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from drawn_results import with_refits
 from fit_points import matrix
 from nights import nightly, quick_ones
-from oilfilm.report.figures import curves
+from oilfilm.report.figures import bearing, curves
 from oilfilm.report.figures.sheet import Sheet, table_page
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -94,6 +94,25 @@ def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
     legends = [axis.get_legend() for axis in figure.axes if axis.get_legend()] + figure.legends
     words = " ".join(text.get_text() for legend in legends for text in legend.get_texts())
     assert {"curves": f"({10 * points_of_run} of", "residuals": "at most 10 runs"}[name] in words
+
+
+@pytest.mark.parametrize(
+    ("calculated", "ends"),
+    # 15 % more room than 20 %, or than the largest error
+    [([np.nan, np.nan], (-23.0, 23.0)), ([1.4, np.nan], (-23.0, 46.0))],
+)
+def test_torque_without_equilibrium_leaves_the_axis_of_errors(
+    calculated: list[float], ends: tuple[float, float]
+) -> None:
+    torque = pd.DataFrame({"measured_torque_n_m": [1.0, 1.0], "torque_n_m_lower": calculated})
+    torque["relative_error"] = torque["torque_n_m_lower"] - 1
+    assert bearing._limits_of_error_axis(torque) == pytest.approx(ends)
+
+
+def test_one_measured_pressure_is_a_level() -> None:
+    points = pd.DataFrame({"max_hertz_pressure_gpa": [1.2] * 20})
+    levels = curves._levels_of_points(points, "max_hertz_pressure_gpa")
+    assert points.groupby(levels, observed=True).size().to_dict() == {1.2: 20}
 
 
 def test_residuals_of_reversed_slip_keep_their_sign(drawing: Draw, results: CampaignTables) -> None:

@@ -21,8 +21,12 @@ def campaign(config: Settings, **keys: Any) -> Campaign:
 
 
 def runs(**verdicts: str) -> CampaignTables:
-    """Runs of each oil: A accepted, R refused; as many logs of `unread` that nothing can read."""
+    """Runs of each oil: A accepted, R refused; as many logs of `unread` that nothing can read.
+
+    As many runs of `lost` cannot be read in the log of the first run of the oil x.
+    """
     unread = len(verdicts.pop("unread", ""))
+    lost_runs = len(verdicts.pop("lost", ""))
     known = [
         {
             "run_id": f"{oil}{number}",
@@ -34,6 +38,7 @@ def runs(**verdicts: str) -> CampaignTables:
         for number, letter in enumerate(letters)
     ]
     lost = [{**NOTHING, "file": f"lost{number}"} for number in range(unread)]
+    lost += [{**NOTHING, "file": "x0", "run_id": f"x0:{number}"} for number in range(lost_runs)]
     return CampaignTables.from_frames(
         runs=rows("runs", *known), quarantine=rows("quarantine", *lost)
     )
@@ -51,6 +56,13 @@ def runs(**verdicts: str) -> CampaignTables:
         # 3 of 5: a log that cannot be read counts as a run
         ({"x": "AAAR", "unread": "-"}, {"min_accepted_share": 0.6}, ""),
         ({"x": "AAAR", "unread": "-"}, {"min_accepted_share": 0.61}, "3 of 5 runs accepted"),
+        # so does a run of a log whose other runs can be read
+        ({"x": "AAA", "lost": "--"}, {"min_accepted_share": 0.61}, "3 of 5 runs accepted"),
+        (
+            {"x": "AR"},
+            {"min_accepted_share": 0.995},
+            "1 of 2 runs accepted, expected at least 99.5 % of them",
+        ),
     ],
 )
 def test_campaign_needs_accepted_runs(

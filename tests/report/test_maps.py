@@ -15,13 +15,13 @@ from oilfilm.base.units import FloatArray
 from oilfilm.physics.contact import Conditions
 from oilfilm.physics.film import InletOil, film_thickness, film_viscosity_ratio
 from oilfilm.physics.thermal_traction import ThermalEhlConstants, film_stress, thermal_ehl_traction
-from oilfilm.report.figures.fits import without_heat
+from oilfilm.report.figures.fits import _levels_up_to, without_heat
 from oilfilm.settings.base import required_value
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from pictures import Draw, drawing_of, nothing_is_cut_off
+from pictures import Draw, drawing_of, nothing_is_cut_off, of_oils
 
 
 @pytest.fixture(scope="module")
@@ -42,6 +42,11 @@ def test_friction_map_is_the_law_and_knows_the_film(drawing: Draw, config: Setti
     roughness_um = 1e6 * required_value(rig.contact(), "contact", "the rig").roughness_rq_m
     ratio = np.interp(25.0, fast["x"], fast["value"])
     assert ratio == pytest.approx(0.161 / roughness_um, rel=0.01)
+
+
+def test_law_that_runs_away_beyond_its_tests_has_a_map() -> None:
+    levels = [_levels_up_to(highest)[[0, -1]].tolist() for highest in (0.1, 600.0)]
+    assert levels == [[0.001, 0.1], [0.05, 5.0]]
 
 
 def test_traction_is_drawn_over_lambda(drawing: Draw) -> None:
@@ -156,3 +161,35 @@ def test_isothermal_curves_are_above_the_measured_ones(drawing: Draw) -> None:
     curves = drawn.query("oil == '4102' and x > 0").pivot_table("y", ["words", "x"], "series")
     # heat lowers the traction
     assert (curves["isothermal"] > curves["measured"])[curves["isothermal"].notna()].all()
+
+
+def test_isothermal_curve_is_corrected_in_the_contact_of_its_own_rig(
+    drawing: Draw, on_printed_law: CampaignTables, config: Settings
+) -> None:
+    plain = config.plain_values()
+    (rig_name,) = plain["rigs"]
+    small_ball = plain["rigs"][rig_name] | {"ball_radius_m": 0.005}
+    points = on_printed_law.points.query(
+        "oil == '4102' and entrainment_speed_m_s == 40 and inlet_temperature_c == 120"
+    )[::10]
+    first, second, third = points["run_id"].unique()
+    runs = on_printed_law.runs
+    runs = runs.assign(rig=runs["run_id"].map({first: "small"}).fillna(rig_name))
+    is_unknown = points["run_id"] == third
+    pressure = points["max_hertz_pressure_gpa"].mask(is_unknown)
+    points = points.assign(max_hertz_pressure_gpa=pressure)
+    new = {
+        name: getattr(on_printed_law, name).query("oil == '4102'")
+        for name in ("coefficients", "fit_quality")
+    }
+    new |= {"points": points, "runs": runs}
+    drawn_in_order = []
+    for names in ((rig_name, "small"), ("small", rig_name)):
+        rig_of_name = {rig_name: plain["rigs"][rig_name], "small": small_ball}
+        rigs = {name: rig_of_name[name] for name in names}
+        settings = Settings.from_plain_values(plain | {"rigs": rigs})
+        _, drawn = drawing("isothermal", of_oils(settings, ["4102"]), **new)
+        drawn_in_order.append(drawn)
+    pd.testing.assert_frame_equal(*drawn_in_order)
+    assert drawn["value"].max() > 0
+    assert set(drawn["words"]) == {first, second}

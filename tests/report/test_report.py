@@ -13,9 +13,12 @@ import pytest
 
 from campaigns import ROOT
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.report.document import _shown_tables
 from oilfilm.report.explorer import Axis, explorer_data
+from oilfilm.report.html import _LOOK_BY_VERDICT
 from oilfilm.report.release_id import with_release
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables import TABLES
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.tables.table_needs import SURFACE_TABLES
 from reports import OILS, report_of, rows
@@ -162,6 +165,15 @@ def test_header_says_once_where_the_data_are_from(write: Write, text: str) -> No
     assert simulated.count("SIMULATED data (a program") == 1
     assert "Measured data" not in simulated
     assert "June 2026" in simulated
+
+
+@pytest.mark.parametrize("table_name", ["constants", "lack_of_fit", "law_verdicts", "run-list"])
+def test_each_verdict_has_a_look_of_its_own(table_name: str) -> None:
+    """Otherwise `no other law` would look as bad as `no`."""
+    declaration = _shown_tables()[table_name]
+    model = TABLES[declaration.get("model", table_name)]
+    assert declaration["columns"]["verdict"]["is_verdict"]
+    assert set(model["verdict"].allowed) <= _LOOK_BY_VERDICT.keys()
 
 
 def test_page_of_a_release_says_which(text: str) -> None:

@@ -19,7 +19,12 @@ from oilfilm.report.document import (
     facts_from_template,
     percent_formatter,
 )
-from oilfilm.report.sections.build import campaign_sections
+from oilfilm.report.sections.build import (
+    bearing_section,
+    campaign_sections,
+    refused_section,
+    relative_uncertainty,
+)
 from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -135,6 +140,30 @@ def test_refits_are_said_to_lack_only_where_they_do(
     assert ("has no refits" in told(by_anchor(changed, config)["bearing"])) == lacks_refits
 
 
+def test_operating_point_without_a_full_film_says_so(
+    results: CampaignTables, config: Settings
+) -> None:
+    point = {"oil": "4102", "axial_load_n": 100.0, "best_share": 0.4}
+    answers = rows(
+        "bearing_answers",
+        {**point, "best_oil": "4102"},
+        {**point, "axial_load_n": 200.0, "best_oil": ""},
+    )
+    section = bearing_section(results.replace(bearing_answers=answers), config)
+    assert [row[-1] for row in section.tables[0].rows] == ["4102 (40%)", "none has a full film"]
+
+
+def test_share_of_traction_is_told_where_the_law_has_an_equilibrium(
+    results: CampaignTables, config: Settings
+) -> None:
+    both = [results.torque.assign(load_variable=name) for name in ("stress", "load")]
+    for is_found in (True, False):
+        of_stress = both[0].assign(converged=is_found)
+        torque = pd.concat([of_stress, both[1].assign(converged=True)])
+        section = bearing_section(results.replace(torque=torque), config)
+        assert ("Traction causes" in told(section)) == is_found
+
+
 def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     results: CampaignTables, config: Settings
 ) -> None:
@@ -167,6 +196,32 @@ def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: S
     section = by_anchor(changed, config)["refused"]
     assert [row[0] for row in section.tables[0].rows] == ["thin film"]
     assert remark["reason"] not in told(section)
+
+
+def test_lost_run_of_a_log_that_has_other_runs_is_counted(
+    results: CampaignTables, config: Settings
+) -> None:
+    file = results.runs["file"].iloc[0]
+    lost = {"file": file, "run_id": f"{file}:2", "rule": "columns", "reason": "no load"}
+    listed = pd.concat([results.quarantine, rows("quarantine", lost)], ignore_index=True)
+    refused = refused_section(results.replace(quarantine=listed), config)
+    assert "2 runs refused: stuck sensor 1, columns 1" in told(refused)
+
+
+def test_curve_of_unknown_temperature_hides_no_uncertainty_of_the_others(
+    results: CampaignTables,
+) -> None:
+    points = results.points[results.points["oil"] == "4102"]
+    is_unknown = points["run_id"] == points["run_id"].iloc[0]
+    temperature = points["inlet_temperature_c"].mask(is_unknown)
+    of_oil = results.replace(
+        fit_quality=results.fit_quality[results.fit_quality["oil"] == "4102"],
+        points=points.assign(inlet_temperature_c=temperature),
+    )
+    without_curve = of_oil.replace(points=points[~is_unknown])
+    expected = relative_uncertainty(without_curve)
+    assert expected.notna().all(axis=None)
+    pd.testing.assert_frame_equal(relative_uncertainty(of_oil), expected)
 
 
 def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:

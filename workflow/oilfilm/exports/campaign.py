@@ -422,6 +422,10 @@ def adore_obstacle(description: Description) -> str:
         lacking_conditions |= set(law.conditions) - set(point)
     if lacking_conditions:
         return f"the points of exports.adore_points lack {', '.join(sorted(lacking_conditions))}"
+    speed_index = law.conditions.index("entrainment_speed_m_s")
+    for point in description.adore_points:
+        if np.isnan(_tested_conditions(description, point)[speed_index]):
+            return "B and C need an entrainment speed, which is not known"
     return ""
 
 
@@ -429,27 +433,15 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
     """The ADORE constants at one operating point, in the units of `_ADORE_UNITS`.
 
     Args:
-        description: The fit.
+        description: The fit, which has no `adore_obstacle`.
         requested_point: The operating point, by column.
-
-    Raises:
-        ValueError: The point has no speed, because some run lacks it.
     """
     law = description.law
-    fixed_names = {
-        fixed.condition for fixed in description.law_with_constants.coefficients.fixed_conditions
-    }
-    # NaN: `at_tested_levels` sets the tested level
-    argument_values = [
-        np.nan if name in fixed_names else requested_point[name] for name in law.conditions
-    ]
-    conditions = description.law_with_constants.at_tested_levels(np.array([argument_values]))
-    level_values = [number_or_none(level) for level in conditions[0]]
+    conditions = _tested_conditions(description, requested_point)
+    level_values = [number_or_none(level) for level in conditions]
     point = dict(zip(law.conditions, level_values, strict=True))
-    speed = point["entrainment_speed_m_s"]
-    if speed is None:
-        raise ValueError("the point has no entrainment speed")
-    groups = law.group_values(conditions)[0]
+    speed = float(conditions[law.conditions.index("entrainment_speed_m_s")])
+    groups = law.group_values(conditions[np.newaxis])[0]
     a, b, c, d = _adore_constants(description, groups)
     peak_slip = 1 / c - a / b
     peak_mu = (a + b * peak_slip) * math.exp(-c * peak_slip) + d
@@ -465,6 +457,22 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
         "peak_above_limiting_stress": peak_mu > description.limiting_stress_ratio,
         "peak_outside_tested_slip": peak_slip > (description.slip_variable.tested[1] or 0.0),
     }
+
+
+def _tested_conditions(
+    description: Description, requested_point: Mapping[str, float]
+) -> FloatArray:
+    """Conditions of the law at an operating point, shape (conditions,).
+
+    Those on which the fit does not depend have their tested level; NaN where it is not known.
+    """
+    fitted = description.law_with_constants
+    fixed_names = {fixed.condition for fixed in fitted.coefficients.fixed_conditions}
+    requested_values = [
+        np.nan if name in fixed_names else requested_point[name]
+        for name in description.law.conditions
+    ]
+    return fitted.at_tested_levels(np.array([requested_values]))[0]
 
 
 def _adore_constants(

@@ -4,7 +4,7 @@ Decides: the drift gate of `oilfilm diff --gate`: when a refit has moved too far
 something else (the limits are `drift` of `config.yaml`).
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -216,15 +216,28 @@ def _section_on_changes(title: str, changes: pd.DataFrame) -> DiffSection:
     """Changes of constants and of mu, with the limit of each kind."""
     rows = []
     for row in tables.rows(changes):
-        if row["what"] == "mu":
-            change = f"{100 * row['change']:.3g}% at {row['where']}"
-            limit = f"{row['limit']:.2%}"
-        else:
-            change = f"{row['change']:.3g} standard errors"
-            limit = f"{row['limit']:g}"
-        before, after = f"{row['before']:.6g}", f"{row['after']:.6g}"
-        rows.append((row["oil"], row["what"], before, after, change, limit))
+        limit = f"{row['limit']:.2%}" if row["what"] == "mu" else f"{row['limit']:g}"
+        before, after = (
+            "none" if np.isnan(row[name]) else f"{row[name]:.6g}" for name in ("before", "after")
+        )
+        rows.append((row["oil"], row["what"], before, after, _change_in_words(row), limit))
     return DiffSection(title, ("oil", "what", "A", "B", "largest change", "limit"), rows)
+
+
+def _change_in_words(row: Mapping[str, Any]) -> str:
+    """The change in a row of `Comparison.changes`; where it is no number, the reason."""
+    change = row["change"]
+    if row["what"] == "mu":
+        if np.isfinite(change):
+            return f"{100 * change:.3g}% at {row['where']}"
+        if np.isnan(row["before"]) and np.isnan(row["after"]):
+            return f"not comparable: {row['where']}"
+        return f"mu is 0 or unknown in one release, at {row['where']}"
+    if np.isnan(change):
+        return "not judged: no standard error"
+    if np.isinf(change):
+        return "in one release only"
+    return f"{change:.3g} standard errors"
 
 
 # ---------------------------------------------------------------- inputs, files and verdicts

@@ -31,6 +31,8 @@ _SOURCE_COLUMNS = frozenset({"sha256", "content_sha256", "file", "first_row", "l
 _ERROR_COLUMN = re.compile(r"(_se|standard_error|_uncertainty|half_width)$|^seen_")
 # In a sentence: a count of a total (`33 of 75`), or any other number.
 _COUNT_OR_NUMBER = re.compile(r"\d+ of \d+|[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
+# The line below the head of a table, which is as long as the longest number.
+_TABLE_RULE = re.compile(r"-{3,}")
 # Names of columns with the lower end of an interval.
 _LOWER_COLUMN = re.compile(r"(^|_)(lower|low)(_|$)")
 _UPPER_BY_LOWER = {"lower": "upper", "low": "high"}
@@ -245,6 +247,6 @@ def changed_lines(
 
 
 def _without_numbers(line: str) -> str:
-    """A line with `#` in place of each number that is no count; runs of blanks are one blank."""
+    """A line with `#` in place of each number that is no count, whatever the widths of columns."""
     marked_line = _COUNT_OR_NUMBER.sub(lambda match: match[0] if " of " in match[0] else "#", line)
-    return " ".join(marked_line.split())
+    return " ".join(_TABLE_RULE.sub("---", marked_line).split())

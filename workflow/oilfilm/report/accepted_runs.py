@@ -80,7 +80,7 @@ def shortfall_sentences(results: CampaignTables, campaign: Campaign) -> list[str
         if exceeds(share_min * run_count, accepted_count):
             sentences.append(
                 f"{accepted_count} of {run_count} {runs_name} accepted, "
-                f"expected at least {share_min:.0%} of them"
+                f"expected at least {100 * share_min:g} % of them"
             )
     return sentences
 
@@ -101,43 +101,42 @@ def _run_counts_by_rig_kind(
     results: CampaignTables, campaign: Campaign
 ) -> Iterator[tuple[str, _RunCountByOil]]:
     """For each kind of rig: the name of its runs, and the number of accepted and of all, by oil."""
-    runs = results.table("runs", ["oil", "verdict"])
-    traction_runs = pd.DataFrame(
-        {"oil": runs["oil"], "accepted": runs["verdict"] == "accepted"}, index=runs.index
-    )
-    unread_logs = pd.DataFrame(
-        {"oil": "", "accepted": False}, sorted(names_of_unread_logs(results))
-    )
-    yield "runs", _run_counts_by_oil(pd.concat([traction_runs, unread_logs]))
+    runs = results.table("runs", ["run_id", "file", "oil", "verdict"])
+    traction_runs = runs[["oil"]].assign(accepted=runs["verdict"] == "accepted")
+    yield "runs", _run_counts_by_oil(traction_runs, lost_runs(results.quarantine, runs))
     if campaign.torque is not None:
         by_run = results.torque_runs.groupby("run_id")
         torque_runs = by_run.agg(oil=("oil", "first"), accepted=("accepted", "any"))
-        lost_runs = _lost_torque_runs(results.torque_quarantine, results.torque_runs)
-        yield (
-            "torque runs",
-            _run_counts_by_oil(pd.concat([torque_runs, lost_runs.assign(accepted=False)])),
-        )
+        lost = lost_runs(results.torque_quarantine, results.torque_runs)
+        yield "torque runs", _run_counts_by_oil(torque_runs, lost)
 
 
-def _lost_torque_runs(quarantine: pd.DataFrame, plateaus: pd.DataFrame) -> pd.DataFrame:
-    """Refused torque runs and unread logs, which have no plateau: `oil` by their names.
+def lost_runs(quarantine: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+    """Refused runs and unread logs that have no row in the table of runs.
 
     Args:
-        quarantine: Table `torque_quarantine`.
-        plateaus: Table `torque_runs`.
+        quarantine: Table `quarantine` or `torque_quarantine`.
+        runs: Table `runs` or `torque_runs`, of which a refused torque run has no plateau.
+
+    Returns:
+        By the name of the run, or that of the log: `file`, `oil` (empty where it is not known) and
+        `rule`, the first that refused it.
     """
     refused = quarantine[~quarantine["rule"].isin(REMARK_RULES)]
     refused_names = refused["run_id"].where(refused["run_id"] != "", refused["file"])
-    is_lost = ~refused_names.isin([*plateaus["run_id"], *plateaus["file"]])
-    return refused[is_lost].groupby(refused_names[is_lost])[["oil"]].max()
+    is_lost = ~refused_names.isin([*runs["run_id"], *runs["file"]])
+    by_name = refused[is_lost].groupby(refused_names[is_lost])
+    return by_name.agg(file=("file", "first"), oil=("oil", "max"), rule=("rule", "first"))
 
 
-def _run_counts_by_oil(runs: pd.DataFrame) -> _RunCountByOil:
+def _run_counts_by_oil(read_runs: pd.DataFrame, lost: pd.DataFrame) -> _RunCountByOil:
     """Counts of all runs, then by oil.
 
     Args:
-        runs: Columns `oil`, which is empty where it is not known, and `accepted`.
+        read_runs: Columns `oil`, which is empty where it is not known, and `accepted`.
+        lost: As of `lost_runs`.
     """
+    runs = pd.concat([read_runs, lost[["oil"]].assign(accepted=False)])
     counts = {_ALL_OILS: _RunCount(int(runs["accepted"].sum()), len(runs))}
     with_known_oil = runs[runs["oil"] != ""]
     for oil, is_accepted in with_known_oil.groupby("oil", sort=False)["accepted"]:

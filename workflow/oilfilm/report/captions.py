@@ -12,7 +12,7 @@ def data_origin(campaign: Campaign) -> str:
     The report has this in its header. A figure of simulated data has its own mark.
 
     Args:
-        campaign: At least `name`, `data`, `credit_in_brackets`, `simulated_by` and `twin`.
+        campaign: At least `name`, `data`, `credit`, `simulated_by` and `twin`.
     """
     if campaign.data == "simulated":
         simulator = f"{campaign.simulator}, " if campaign.simulator else ""

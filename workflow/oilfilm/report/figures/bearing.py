@@ -95,12 +95,16 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _limits_of_error_axis(torque_rows: pd.DataFrame) -> tuple[float, float]:
-    """Ends of the scale of errors (%): all errors, and what of the intervals is not far off."""
+    """Ends of the scale of errors (%): all errors, and what of the intervals is not far off.
+
+    Errors that are not known do not count.
+    """
     measured_n_m = torque_rows["measured_torque_n_m"]
     errors = 100 * torque_rows["relative_error"]
     lower_ends = 100 * (torque_rows["torque_n_m_lower"] / measured_n_m - 1)
-    highest = _ERROR_HEADROOM * max(errors.max(), _LEAST_ERROR_SHOWN)
-    lowest = _ERROR_HEADROOM * min(errors.min(), lower_ends.min(), -_LEAST_ERROR_SHOWN)
+    highest = _ERROR_HEADROOM * np.fmax(errors.max(), _LEAST_ERROR_SHOWN)
+    smallest_errors = [errors.min(), lower_ends.min(), -_LEAST_ERROR_SHOWN]
+    lowest = _ERROR_HEADROOM * np.fmin.reduce(smallest_errors)
     return max(lowest, -highest), highest
 
 

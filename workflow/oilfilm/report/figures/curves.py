@@ -364,6 +364,9 @@ def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
     nominal = f"nominal_{condition}"
     if nominal in points and points[nominal].notna().all():
         return points[nominal]
+    if points[condition].nunique() == 1:
+        # one value has no quantiles between which it could be
+        return points[condition]
     return pd.qcut(points[condition], _GROUP_COUNT, duplicates="drop")
 
 

@@ -331,7 +331,8 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     (m/s) and slide-roll ratio, one column of panels per oil and one row per maximum Hertz
     pressure, at one inlet temperature. Dotted line: limiting shear stress of the oil over pressure
     (Bair and Winer 1979); no film carries more. Dashed line: limit of lambda, below which the film
-    is not full. Frame: tested conditions.
+    is not full, on the first rig whose contact and roughness are known. Frame: tested conditions.
+    Traction coefficients above 5, which only an extrapolated law has, are not coloured.
     """
     map_settings = settings.figures.friction_map
     fit_by_oil = _fit_by_oil(results)
@@ -430,9 +431,13 @@ def _draw_tested_frame(
 
 
 def _levels_up_to(highest: float) -> FloatArray:
-    """Levels of mu in steps of 1, 2, 3 and 5 that cover two decades up to the highest value."""
+    """Levels of mu in steps of 1, 2, 3 and 5 that cover two decades up to the highest value.
+
+    A value above 5 is that of a law far beyond its tests: the highest level is 5.
+    """
     decades = 10.0 ** np.arange(-6, 1)
     levels = np.outer(decades, (1, 2, 3, 5)).ravel()
+    highest = min(highest, levels[-1])
     first_index = np.searchsorted(levels, highest / 100)
     last_index = np.searchsorted(levels, highest)
     return levels[first_index : last_index + 1]
@@ -543,7 +548,7 @@ def _points_near_slip(points: pd.DataFrame, slide_roll_ratio: float) -> pd.DataF
 
 @declare_figure(
     family="data",
-    tables=("points", "coefficients", "fit_quality"),
+    tables=("points", "runs", "coefficients", "fit_quality"),
     settings=("figures", "oils", "rigs"),
 )
 def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
@@ -559,15 +564,15 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
     test would be colder than the tests, slower than 0.7 of the lowest tested speed or beyond the
     largest slip by as much. They are also left out where the result is impossible: the traction
     grows by more than the oil's viscosity does (Barus), or faster than in proportion to the slip.
+    A run on a rig whose contact is not known has no filled symbols.
     """
     figure_settings = settings.figures.isothermal
     fit_by_oil = _fit_by_oil(results)
-    contacts = [rig.contact() for rig in settings.rigs.values()]
-    known_contacts = [contact for contact in contacts if contact is not None]
+    contact_of_rig = {name: rig.contact() for name, rig in settings.rigs.items()}
     reason = "The heat of no contact is known:\ngive rig, oil and a fitted law."
-    if not known_contacts:
+    if all(contact is None for contact in contact_of_rig.values()):
         raise NothingToDrawError(reason)
-    contact = known_contacts[0]
+    rig_of_run = results.table("runs", ["run_id", "rig"]).set_index("run_id")["rig"]
     oils = [oil for oil in settings.oils if oil in fit_by_oil and settings.properties_of(oil)]
     sheet, panels = oil_grid(oils, reason, height=1.9)
     marker_of_pressure: dict[float, str] = {}
@@ -588,6 +593,9 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
             slip = curve["slide_roll_ratio"].abs()
             measured = curve["traction_coefficient"].abs()
             panel.dots("measured", slip, measured, open_symbol, **details)
+            contact = contact_of_rig[rig_of_run[run_id]]
+            if contact is None:
+                continue
             corrected = without_heat(curve, fit_by_oil[oil], contact, settings)
             isothermal_mu = corrected["traction_coefficient"].abs()
             rise_k = corrected["rise_k"]
@@ -611,9 +619,9 @@ def isothermal(results: CampaignTables, settings: Settings) -> Sheet:
 
 
 def _points_at_conditions(results: CampaignTables, oil: str, figure_settings: Any) -> pd.DataFrame:
-    """Accepted points of an oil at the chosen speed and temperature."""
+    """Accepted points of an oil at the chosen speed and temperature, of known pressure."""
     points = results.table("points", CURVE_COLUMNS, oil=oil)
-    points_of_oil = points[points["accepted"]]
+    points_of_oil = points[points["accepted"]].dropna(subset=["max_hertz_pressure_gpa"])
     means = points_of_oil.groupby("run_id")[list(CONDITIONS)].transform("mean")
     relative_speed = means["entrainment_speed_m_s"] / figure_settings.entrainment_speed_m_s - 1
     temperature_difference_c = means["inlet_temperature_c"] - figure_settings.inlet_temperature_c

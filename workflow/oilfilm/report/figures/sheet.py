@@ -119,6 +119,18 @@ class Panel:
         self.axes.text(0.5, 0.5, sentence, **middle, **look)
 
 
+def _panel_letter(index: int) -> str:
+    """The letter of a panel: a to z, A to Z, then aa, ab and so on.
+
+    Examples:
+        >>> [_panel_letter(index) for index in (0, 51, 52, 105)]
+        ['a', 'Z', 'aa', 'bb']
+    """
+    round_number, place = divmod(index, len(string.ascii_letters))
+    letter = string.ascii_letters[place]
+    return _panel_letter(round_number - 1) + letter if round_number else letter
+
+
 class Sheet:
     """A figure with its panels in reading order.
 
@@ -188,7 +200,7 @@ class Sheet:
         axes = self.axes_of_panels[index]
         letter = ""
         if title is not None:
-            letter = string.ascii_letters[index]
+            letter = _panel_letter(index)
             look.setdefault("parse_math", False)
             axes.set_title(f"({letter}) {plain_text(title)}".rstrip(), **look)
         axes.set_label(letter)

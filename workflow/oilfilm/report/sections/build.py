@@ -27,7 +27,7 @@ from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.fits.soundness_sentences import soundness_warnings
 from oilfilm.fits.surface_sentences import spin_sentence, surface_sentences
 from oilfilm.logs.run_sheet import REMARK_RULES
-from oilfilm.report.accepted_runs import names_of_unread_logs, shortfall_sentences
+from oilfilm.report.accepted_runs import lost_runs, names_of_unread_logs, shortfall_sentences
 from oilfilm.report.document import (
     Fact,
     Section,
@@ -135,7 +135,7 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
 
     Columns `median` and `largest` by oil; `largest` is the 95 % quantile over the points. Null
     where the fit has no interval. Points near pure rolling are left out, because their mu is nearly
-    zero.
+    zero. So are those of curves that the fit leaves out, because a condition is not known.
     """
     quantiles_by_oil = {}
     for oil in results.configured_fits.fit_quality["oil"]:
@@ -150,7 +150,9 @@ def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
             mu_sizes.append(np.abs(prediction.traction_coefficient))
             widths.append(prediction.obs_ci_upper - prediction.obs_ci_lower)
         mu_size, width = np.concatenate(mu_sizes), np.concatenate(widths)
-        is_large_enough = mu_size > _SMALLEST_RELATIVE_MU * mu_size.max(initial=0.0)
+        # NaN, where a condition is not known, is no largest mu
+        largest_mu = np.fmax.reduce(mu_size, initial=0.0)
+        is_large_enough = mu_size > _SMALLEST_RELATIVE_MU * largest_mu
         relative_half_width = pd.Series(width[is_large_enough] / 2 / mu_size[is_large_enough])
         quantiles_by_oil[oil] = (
             relative_half_width.median(),
@@ -418,12 +420,15 @@ def data_section(results: CampaignTables, settings: Settings) -> Section:
 
 def refused_section(results: CampaignTables, settings: Settings) -> Section:
     """What was refused: counts by gate, and the first case of each gate in words."""
-    rules = results.table("runs", ["verdict", "rule"]).query("verdict == 'refused'")["rule"]
+    runs = results.table("runs", ["run_id", "file", "verdict", "rule"])
+    rules = runs.loc[runs["verdict"] == "refused", "rule"]
+    lost = lost_runs(results.quarantine, runs)
+    rules_of_lost_runs = lost.loc[lost["file"].isin(runs["file"]), "rule"]
     counts = results.gate_counts
     counts = counts[~counts["gate"].isin(REMARK_RULES)]
     facts_on_refusals = facts_from_template(
         "report/sections/refused.jinja",
-        verdicts=_count_by_gate(rules.value_counts()),
+        verdicts=_count_by_gate(pd.concat([rules, rules_of_lost_runs]).value_counts()),
         unread=_count_by_gate(_rules_of_unread_logs(results).value_counts()),
         points=(~results.table("points", ["accepted"])["accepted"]).sum(),
         cases=first_cases(results.quarantine),
@@ -559,9 +564,7 @@ def _answers_in_words(answers: pd.DataFrame) -> pd.DataFrame:
         .to_numpy()
     )
     texts_by_column["best"] = [
-        f"{oil or 'none has a full film'} ({best_share:.0%})"
-        if np.isfinite(best_share)
-        else oil or "none"
+        f"{oil} ({best_share:.0%})" if np.isfinite(best_share) else oil or "none has a full film"
         for oil, best_share in zip(answers["best_oil"], best_shares, strict=True)
     ]
     return answers.assign(**texts_by_column)
