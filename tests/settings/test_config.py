@@ -269,6 +269,49 @@ def test_changed_settings_are_checked_and_leave_the_others_alone(config: Setting
         config.with_changes({"fit": {"bootstrap": 1}})
 
 
+@pytest.mark.parametrize(
+    ("changes", "is_common"),
+    [
+        ({}, True),
+        ({"disc_roughness_ra_um": 0.02}, True),
+        ({"disc_roughness_ra_um": None}, True),
+        ({"ball_radius_m": 0.012}, False),
+        ({"ball_radius_m": None}, False),
+    ],
+)
+@pytest.mark.parametrize("roughness_um", [0.01, None])
+def test_rigs_with_one_ball_and_one_steel_have_a_common_contact(
+    config: Settings, changes: dict[str, Any], is_common: bool, roughness_um: float | None
+) -> None:
+    (rig,) = config.rigs.values()
+    first = rig.model_copy(update={"disc_roughness_ra_um": roughness_um})
+    second = first.model_copy(update=changes)
+    contact = config.model_copy(update={"rigs": {"a": first, "b": second}}).common_contact()
+    assert (contact is not None) == is_common
+
+
+@pytest.mark.parametrize(
+    "key_path", [("cage_slip", "further_temperature_c"), ("size_effect", "inlet_temperature_c")]
+)
+def test_oil_is_judged_at_every_temperature_of_the_bearing(
+    folder: Path, key_path: tuple[str, str]
+) -> None:
+    # beyond its last row the density falls by 1.6 kg/m3 per K: a thermal expansion of 0.0019 1/K at
+    # 140 degC, and of 0.0023 1/K, more than any oil has, at 245 degC
+    path = folder / "oils/4102.yaml"
+    text = re.sub(
+        r"(?m)^density_kg_m3:.*\n(?:  .*\n)*",
+        "density_kg_m3: [[233, 1016], [353, 950], [393, 886]]\n",
+        path.read_text("utf-8"),
+    )
+    path.write_text(text, "utf-8")
+    resolve(folder, {"campaign": "laboratory"})
+    group, key = key_path
+    level = [245.0] if key.startswith("further") else 245.0
+    with pytest.raises(OilfilmError, match="from 25 to 245 degC"):
+        resolve(folder, {"campaign": "laboratory", "bearing": {group: {key: level}}})
+
+
 def test_file_of_settings_that_is_large_or_a_pipe_is_refused_at_once(tmp_path: Path) -> None:
     (tmp_path / "large.yaml").write_text("key: {}\n" * 100_000)
     os.mkfifo(tmp_path / "pipe.yaml")

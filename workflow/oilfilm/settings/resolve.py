@@ -157,6 +157,8 @@ def _temperatures_of_use(settings: Settings) -> Iterator[float]:
     if campaign.torque is None:
         return
     yield settings.bearing.cage_slip.inlet_temperature_c
+    yield from settings.bearing.cage_slip.further_temperature_c
+    yield settings.bearing.size_effect.inlet_temperature_c
     yield from (point.oil_temperature_c for point in settings.plan.duty_points)
     if campaign.torque.matrix is not None:
         yield from campaign.torque.matrix.oil_temperature_c
