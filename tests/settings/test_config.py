@@ -56,6 +56,15 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         resolve(folder, {"campaign": "laboratory"})
 
 
+def test_of_several_unknown_names_the_first_is_reported(folder: Path) -> None:
+    path = folder / "campaigns/laboratory.yaml"
+    names = [f"oil-{number}" for number in range(20)]
+    lines = "".join(f"  {name}: [x]\n" for name in names)
+    path.write_text(f"oil_aliases:\n{lines}{path.read_text('utf-8')}", "utf-8")
+    with pytest.raises(OilfilmError, match=r"laboratory\.yaml, line 2: 'oil-0' is none"):
+        resolve(folder, {"campaign": "laboratory"})
+
+
 def test_a_law_that_needs_the_oil_is_refused_for_fits_with_the_reason(folder: Path) -> None:
     given = {"campaign": "laboratory", "fit": {"law": "rational-viscosity"}}
     with pytest.raises(OilfilmError, match="'rational-viscosity' needs properties"):
@@ -89,6 +98,8 @@ MISTAKES = [
     (ETM, RIGS, "[a]: 1", ["a group as a key"]),
     (ETM, RIGS, "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
     (ETM, RIGS, "rigs: [NO]", ["`rigs.0`", "False", 'put the word in quotes, as "NO"']),
+    (ETM, RIGS, "rigs: [0123]", ["found 0123", "reads as 83", "put the text in quotes"]),
+    (ETM, RIGS, "on: 3\nrigs: [pcs-etm]", ["the key True is no text", "put the word in quotes"]),
     (ETM, RIGS, "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
     (ETM, RIGS, "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
     (ETM, RIGS, "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
@@ -126,6 +137,8 @@ MISTAKES = [
         ["unknown key", "Did you mean 'pressure_viscosity_exponent'?"],
     ),
     (CONFIG, "bootstrap: 1000", "bootstrap: '1000'", ["Write 1000, with no quotes"]),
+    (CONFIG, "bootstrap: 1000", "bootstrap: 01000", ["found 01000", "reads as 512"]),
+    (CONFIG, "settle_s: 0.8", "settle_s: 1:30", ["found 1:30", "reads as 90"]),
     (CONFIG, "lambda_limit: 3.0", "lambda_limit: 'inf'", ["found 'inf', expected a number. "]),
     (CONFIG, "gates:", '"[key]": 1\ngates:', ["unknown key '[key]'"]),
     # as an editor with a Western code page writes it
@@ -209,7 +222,13 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [(1000.0, "as a number"), ("a" * 300, "at most 100"), ("", "a name")]
+    ("name", "expected"),
+    [
+        (1000.0, "as a number"),
+        ("a" * 300, "at most 100"),
+        ("", "a name"),
+        (None, "found nothing, expected a name"),
+    ],
 )
 def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expected: str) -> None:
     with pytest.raises(OilfilmError, match=expected):
