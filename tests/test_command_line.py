@@ -78,9 +78,12 @@ MISTAKES = {
     "diff empty_manifest binary_manifest": "manifest.json",
     "chekc good.csv": "'chekc' is no command. Did you mean 'check'?",
     "watch --settle soon": "invalid float value: 'soon'",
+    "watch --settle nan": "--settle: found nan; expected 0 seconds or more",
+    "watch --settle=-1": "--settle: found -1; expected 0 seconds or more",
     f"predict {AT.replace('0.05', 'much')}": "--slip: found 'much'; expected a number",
     "good.csv": "'good.csv' is no command. Write `oilfilm check` before logs, `oilfilm fit` before",
     "make": "'make' is no command. Expected one of init, run, check, ",
+    "\u00e9" * 200: "is no command. Expected one of init, run, check, ",
 }
 
 

@@ -177,18 +177,50 @@ def test_a_definition_of_slip_that_is_none_is_refused() -> None:
     assert value_of_answer(line, "over_sum", ()) == "over_sum"
 
 
-def test_blank_lines_of_a_run_sheet_are_left_out(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("content", "expected_lines"),
+    [
+        # a blank line is left out
+        (
+            b"file,oil\nlog.csv,4102\n\nother.csv,4102\n",
+            ["file,oil,log_kind", "log.csv,4102,steps", "other.csv,4102,"],
+        ),
+        # as Excel writes it on a German and on any Windows
+        (
+            "oil;file\r\n\u00d6l;log.csv\r\n".encode("cp1252"),
+            ["oil;file;log_kind", "\u00d6l;log.csv;steps"],
+        ),
+        (
+            "file\toil\nlog.csv\t\u00d6l\n".encode("utf-16"),
+            ["file\toil\tlog_kind", "log.csv\t\u00d6l\tsteps"],
+        ),
+        # short rows
+        (
+            b"oil,file,remarks\nx\ny,log.csv\n",
+            ["oil,file,remarks,log_kind", "x,,,", "y,log.csv,,steps"],
+        ),
+        # a pattern names the logs
+        (b"file,oil\n*.csv,4102\n", None),
+        (b"", None),
+    ],
+)
+def test_settled_readings_are_noted_in_a_run_sheet_of_any_form(
+    tmp_path: Path, content: bytes, expected_lines: list[str] | None
+) -> None:
     sheet = tmp_path / "data/raw/june/runs.csv"
     sheet.parent.mkdir(parents=True)
-    sheet.write_text("file,oil\nlog.csv,4102\n\nother.csv,4102\n", encoding="utf-8")
+    sheet.write_bytes(content)
     refusals = [{"rule": "settled_readings", "reason": ""}]
     log_file = str(sheet.with_name("log.csv"))
     check = ProjectCheck(
         "", [{"file": log_file, "verdict": "refused", "refusals": refusals, "runs": []}]
     )
-    assert ask_about_settled_rows(tmp_path, "june", check, lambda _: "yes", lambda _: None)
-    lines = sheet.read_text(encoding="utf-8-sig").splitlines()
-    assert lines == ["file,oil,log_kind", "log.csv,4102,steps", "other.csv,4102,"]
+    is_changed = ask_about_settled_rows(tmp_path, "june", check, lambda _: "yes", lambda _: None)
+    assert is_changed == (expected_lines is not None)
+    if expected_lines is None:
+        assert sheet.read_bytes() == content
+    else:
+        assert sheet.read_text(encoding="utf-8-sig").splitlines() == expected_lines
 
 
 def test_what_the_check_lacks_is_asked_for_again(

@@ -146,6 +146,9 @@ def test_predictions_keep_the_index_of_a_column(points: pd.DataFrame) -> None:
     assert repr(predicted).splitlines()[1].startswith("a ")
     with pytest.raises(oilfilm.OilfilmError, match="different indices"):
         printed.predict_at(1.2, points["U"], 70, slip)
+    for other_speeds in ([[20.0], [30.0]], [[20.0, 25.0, 30.0]]):
+        with pytest.raises(oilfilm.OilfilmError, match="a column of 3 rows"):
+            printed.predict_at(1.2, np.array(other_speeds), 70, slip)
 
 
 def test_arrays_of_xarray_broadcast_by_the_names_of_their_dimensions() -> None:

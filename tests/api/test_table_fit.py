@@ -4,6 +4,7 @@ import gzip
 import shlex
 from functools import partial
 from pathlib import Path
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import numpy as np
@@ -261,6 +262,28 @@ def test_command_prints_plots_and_saves_what_predict_reads(
     assert mu == pytest.approx(float(true), rel=0.01)
     assert main(["fit", str(table), "--save", str(saved)]) == 2
     assert "exists already" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(("value", "code"), [(np.nan, 1), (0.01, 0)])
+def test_no_prediction_is_offered_of_what_could_not_be_fitted(
+    tmp_path: Path,
+    capsys: pytest.CaptureFixture[str],
+    monkeypatch: pytest.MonkeyPatch,
+    value: float,
+    code: int,
+) -> None:
+    fit = SimpleNamespace(
+        constants=pd.DataFrame({"value": [value]}),
+        points=pd.DataFrame({"run_id": ["a"]}),
+        source="a.csv",
+        notes=[],
+        summary=str,
+        save=lambda folder: None,
+    )
+    monkeypatch.setattr(oilfilm, "fit_table", lambda *_, **__: fit)
+    monkeypatch.setattr("oilfilm.cli.fit._predict_command", lambda *_: "oilfilm predict")
+    assert main(["fit", "a.csv", "--save", str(tmp_path / "saved")]) == code
+    assert ("oilfilm predict" in capsys.readouterr().out) == (code == 0)
 
 
 @pytest.fixture(scope="module")

@@ -25,7 +25,7 @@ def test_digest_follows_imports_to_the_formulas() -> None:
 FORMULAS = {
     "settings/campaign.py": ("return 2 * logged_ratio", "return 3 * logged_ratio", "points.py"),
     "settings/ranges.py": (".scaled(factor)", ".scaled(2 * factor)", "torque.py"),
-    "settings/resolved.py": ("if len(contacts) == 1", "if contacts", "fit.py"),
+    "settings/resolved.py": ("if len(radii_and_moduli) == 1", "if contacts", "fit.py"),
     "settings/rig.py": ("return rq_um * M_PER_UM", "return 2 * rq_um * M_PER_UM", "points.py"),
     "tables/failed_gates.py": ("<= {gate_name}", "< {gate_name}", "points.py"),
     "tables/samples_content.py": ("row_count += ", "row_count -= ", "release.py"),

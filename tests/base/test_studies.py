@@ -1,8 +1,14 @@
 """What a package beside oilfilm declares."""
 
+from argparse import Namespace
+from pathlib import Path
+from types import SimpleNamespace
+
 import pytest
 
 from oilfilm.base import studies
+from oilfilm.base.errors import OilfilmError
+from oilfilm.cli import export
 
 
 def test_tables_of_two_entries_with_the_same_needs_are_all_there(
@@ -11,3 +17,41 @@ def test_tables_of_two_entries_with_the_same_needs_are_all_there(
     entries = [{"needs": ["twin"], "names": ["a"]}, {"needs": ["twin"], "names": ["b", "c"]}]
     monkeypatch.setattr(studies, "_package_declaration", lambda package_name: {"tables": entries})
     assert studies.table_names_by_need("own") == {("twin",): ("a", "b", "c")}
+
+
+def test_published_law_is_that_of_the_study_that_has_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    content_by_package = {"own_study": "", "printing_study": "def printed(oil):\n    return oil\n"}
+    for package, content in content_by_package.items():
+        (tmp_path / package).mkdir()
+        (tmp_path / package / "__init__.py").write_text(content)
+    monkeypatch.syspath_prepend(tmp_path)
+    files = [tmp_path / package / "study.py" for package in content_by_package]
+    monkeypatch.setattr(studies, "study_files", lambda package_names: files)
+    assert studies.published_law("4102") == "4102"
+    del files[1]
+    with pytest.raises(OilfilmError, match="no study has published constants"):
+        studies.published_law("4102")
+
+
+def test_published_constants_of_every_study_are_exported(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / "constants.yaml").write_text("a: 1\n")
+
+    def study(*oils: str) -> SimpleNamespace:
+        descriptions = [SimpleNamespace(oil=oil) for oil in oils]
+        return SimpleNamespace(
+            describe_published=lambda: (descriptions, tmp_path / "constants.yaml")
+        )
+
+    without_constants = SimpleNamespace(describe_published=None)
+    loaded = [without_constants, study("4102"), study("4050", "4010")]
+    monkeypatch.setattr(studies, "load_studies", lambda package_names: loaded)
+    monkeypatch.setattr(
+        export, "export_oils", lambda described, provenance: {one.oil: b"" for one in described}
+    )
+    export.run(Namespace(oil=None, folder=tmp_path / "exported"))
+    names = sorted(file.name for file in (tmp_path / "exported").iterdir())
+    assert names == ["4010", "4050", "4102"]

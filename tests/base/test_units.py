@@ -35,6 +35,15 @@ def test_usual_scale_is_that_of_the_registry(unit: str, target: str) -> None:
     assert conversion(unit, ("m", target)) == conversion(f" {unit}", ("m", target))
 
 
+@pytest.mark.parametrize(
+    ("unit", "target"),
+    [("counts/s", "rpm"), ("cps", "rpm"), ("count", "dimensionless"), ("dB", "dimensionless")],
+)
+def test_pulses_and_decibels_convert_to_nothing(unit: str, target: str) -> None:
+    with pytest.raises(ValueError, match=f"is none of {target}"):
+        conversion(unit, (target,))
+
+
 @pytest.mark.parametrize("unit", ["10**10**10", "9^9^9^9", "N*1e9", "N" * 41, "(N)", "N; N"])
 def test_unit_that_is_no_product_of_words_is_refused_uncomputed(unit: str) -> None:
     with pytest.raises(ValueError, match="is none of N"):

@@ -57,6 +57,15 @@ def test_name_of_two_oils_is_refused_however_it_is_written(folder: Path, where: 
         resolve(folder, {"campaign": "laboratory"})
 
 
+def test_of_several_unknown_names_the_first_is_reported(folder: Path) -> None:
+    path = folder / "campaigns/laboratory.yaml"
+    names = [f"oil-{number}" for number in range(20)]
+    lines = "".join(f"  {name}: [x]\n" for name in names)
+    path.write_text(f"oil_aliases:\n{lines}{path.read_text('utf-8')}", "utf-8")
+    with pytest.raises(OilfilmError, match=r"laboratory\.yaml, line 2: 'oil-0' is none"):
+        resolve(folder, {"campaign": "laboratory"})
+
+
 def test_a_law_that_needs_the_oil_is_refused_for_fits_with_the_reason(folder: Path) -> None:
     given = {"campaign": "laboratory", "fit": {"law": "rational-viscosity"}}
     with pytest.raises(OilfilmError, match="'rational-viscosity' needs properties"):
@@ -90,6 +99,8 @@ MISTAKES = [
     (ETM, RIGS, "[a]: 1", ["a group as a key"]),
     (ETM, RIGS, "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
     (ETM, RIGS, "rigs: [NO]", ["`rigs.0`", "False", 'put the word in quotes, as "NO"']),
+    (ETM, RIGS, "rigs: [0123]", ["found 0123", "reads as 83", "put the text in quotes"]),
+    (ETM, RIGS, "on: 3\nrigs: [pcs-etm]", ["the key True is no text", "put the word in quotes"]),
     (ETM, RIGS, "rigs: [pcs-emt]", ["pcs-emt", "does not exist", "pcs-etm"]),
     (ETM, RIGS, "rigs: [pcs-etm]\nrigs: [other]", ["'rigs'", "first defined at line"]),
     (ETM, RIGS, "rigs: &a [pcs-etm]\noils: *a", ["alias"]),
@@ -133,6 +144,8 @@ MISTAKES = [
         ["unknown key", "Did you mean 'pressure_viscosity_exponent'?"],
     ),
     (CONFIG, "bootstrap: 1000", "bootstrap: '1000'", ["Write 1000, with no quotes"]),
+    (CONFIG, "bootstrap: 1000", "bootstrap: 01000", ["found 01000", "reads as 512"]),
+    (CONFIG, "settle_s: 0.8", "settle_s: 1:30", ["found 1:30", "reads as 90"]),
     (CONFIG, "lambda_limit: 3.0", "lambda_limit: 'inf'", ["found 'inf', expected a number. "]),
     (CONFIG, "gates:", '"[key]": 1\ngates:', ["unknown key '[key]'"]),
     # as an editor with a Western code page writes it
@@ -216,7 +229,13 @@ def test_oil_of_a_project_wins_over_the_one_that_comes_with_oilfilm(folder: Path
 
 
 @pytest.mark.parametrize(
-    ("name", "expected"), [(1000.0, "as a number"), ("a" * 300, "at most 100"), ("", "a name")]
+    ("name", "expected"),
+    [
+        (1000.0, "as a number"),
+        ("a" * 300, "at most 100"),
+        ("", "a name"),
+        (None, "found nothing, expected a name"),
+    ],
 )
 def test_name_that_cannot_be_a_file_is_refused(folder: Path, name: object, expected: str) -> None:
     with pytest.raises(OilfilmError, match=expected):
@@ -274,6 +293,49 @@ def test_changed_settings_are_checked_and_leave_the_others_alone(config: Setting
     assert config.fit.bootstrap == 1000
     with pytest.raises(OilfilmError, match=r"`fit.bootstrap`: found 1, expected 20 or more"):
         config.with_changes({"fit": {"bootstrap": 1}})
+
+
+@pytest.mark.parametrize(
+    ("changes", "is_common"),
+    [
+        ({}, True),
+        ({"disc_roughness_ra_um": 0.02}, True),
+        ({"disc_roughness_ra_um": None}, True),
+        ({"ball_radius_m": 0.012}, False),
+        ({"ball_radius_m": None}, False),
+    ],
+)
+@pytest.mark.parametrize("roughness_um", [0.01, None])
+def test_rigs_with_one_ball_and_one_steel_have_a_common_contact(
+    config: Settings, changes: dict[str, Any], is_common: bool, roughness_um: float | None
+) -> None:
+    (rig,) = config.rigs.values()
+    first = rig.model_copy(update={"disc_roughness_ra_um": roughness_um})
+    second = first.model_copy(update=changes)
+    contact = config.model_copy(update={"rigs": {"a": first, "b": second}}).common_contact()
+    assert (contact is not None) == is_common
+
+
+@pytest.mark.parametrize(
+    "key_path", [("cage_slip", "further_temperature_c"), ("size_effect", "inlet_temperature_c")]
+)
+def test_oil_is_judged_at_every_temperature_of_the_bearing(
+    folder: Path, key_path: tuple[str, str]
+) -> None:
+    # beyond its last row the density falls by 1.6 kg/m3 per K: a thermal expansion of 0.0019 1/K at
+    # 140 degC, and of 0.0023 1/K, more than any oil has, at 245 degC
+    path = folder / "oils/4102.yaml"
+    text = re.sub(
+        r"(?m)^density_kg_m3:.*\n(?:  .*\n)*",
+        "density_kg_m3: [[233, 1016], [353, 950], [393, 886]]\n",
+        path.read_text("utf-8"),
+    )
+    path.write_text(text, "utf-8")
+    resolve(folder, {"campaign": "laboratory"})
+    group, key = key_path
+    level = [245.0] if key.startswith("further") else 245.0
+    with pytest.raises(OilfilmError, match="from 25 to 245 degC"):
+        resolve(folder, {"campaign": "laboratory", "bearing": {group: {key: level}}})
 
 
 def test_file_of_settings_that_is_large_or_a_pipe_is_refused_at_once(tmp_path: Path) -> None:

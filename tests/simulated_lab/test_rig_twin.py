@@ -32,6 +32,12 @@ def test_near_pressures_give_logs_with_different_names() -> None:
     assert names == ["4102_P1.20.csv", "4102_P1.23.csv", "4102_P1.234.csv"]
 
 
+@pytest.mark.parametrize("loads_n", [(100000.0, 100000.5), (1234567.5, 1234567.25)])
+def test_levels_that_differ_in_any_digit_give_logs_of_their_own(loads_n: tuple[float, ...]) -> None:
+    names = {SimulatedRun("4102", {"axial_load_n": load_n}).name for load_n in loads_n}
+    assert len(names) == 2
+
+
 def test_slip_programme_visits_31_steps_between_two_rolling_phases(config: Settings) -> None:
     time_s, slip = slip_programme(config.campaign.twin)
     assert len(time_s) == round((2 * 3.0 + 31 * 2.4) * 50)

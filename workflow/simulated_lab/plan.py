@@ -61,7 +61,8 @@ def _level_in_name(set_point: str, level: float) -> str:
         return f"{letter}{level:.2f}"
     if digits > 0 and level == round(level):
         return f"{letter}{level:0{digits}.0f}"
-    return f"{letter}{level:g}"
+    # all digits, so that no two levels have one name
+    return f"{letter}{level}"
 
 
 def simulated_runs(campaign: Campaign) -> list[SimulatedRun]:

@@ -53,7 +53,18 @@ def aligned_arguments(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], Lab
     for argument_name, index in other_arguments:
         if not index.equals(first_index):
             raise OilfilmError(_different_indices(first_name, first_index, argument_name, index))
-    return dict(arguments), lambda array, name: pd.Series(array, first_index, name=name)
+
+    def with_index(array: npt.NDArray[Any], name: str) -> "pd.Series[Any]":
+        """A column with the index of the arguments, if it has as many values."""
+        if array.shape != first_index.shape:
+            raise OilfilmError(
+                f"{first_name}: found a column of {len(first_index)} rows beside arrays that make "
+                f"a result of shape {array.shape}; expected one value per row. Give numbers or "
+                "columns of the same data frame, or give `.to_numpy()` of the column."
+            )
+        return pd.Series(array, first_index, name=name)
+
+    return dict(arguments), with_index
 
 
 def _different_indices(

@@ -29,6 +29,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any, Literal
 
+from oilfilm.base.errors import OilfilmError
+
 # The folder of oilfilm and of the packages beside it.
 PACKAGES = Path(__file__).parents[2]
 _DECLARATION_FILE = "oilfilm_study.yaml"
@@ -49,14 +51,14 @@ class Study:
         read_reference: Function that reads one of its reference files, for its figures.
         describe_published: Function that gives, for the command `export`, its laws with published
             constants as `oilfilm.exports.description.Description`, and the file that has the
-            constants.
+            constants. None where it has none.
     """
 
     sections: Callable[..., list[Any]]
     exports: Callable[..., dict[str, bytes]]
     exports_sentence: str
     read_reference: Callable[[Path], Any]
-    describe_published: Callable[[], tuple[list[Any], Path]]
+    describe_published: Callable[[], tuple[list[Any], Path]] | None = None
 
 
 @cache
@@ -155,9 +157,16 @@ def reference_names(
 
 
 def published_law(oil_name: str) -> Any:
-    """The law of an oil with published constants, as the only study gives it."""
-    (file,) = study_files(available())
-    return import_module(file.parent.name).printed(oil_name)
+    """The law of an oil with published constants, as the first study that has some gives it.
+
+    Raises:
+        OilfilmError: The study has no constants of the oil, or no study has any.
+    """
+    for file in study_files(available()):
+        package = import_module(file.parent.name)
+        if hasattr(package, "printed"):
+            return package.printed(oil_name)
+    raise OilfilmError("--printed: no study has published constants. Leave out --printed.")
 
 
 def load_studies(package_names: Iterable[str]) -> list[Study]:

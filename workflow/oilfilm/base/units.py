@@ -5,6 +5,7 @@ Units of logs, settings and typed numbers are converted only here.
 Decides: which units are converted, and into which (other spellings of a unit: `units.yaml`).
 """
 
+import math
 import re
 from dataclasses import dataclass
 from functools import cache
@@ -113,9 +114,13 @@ def possible_conversion(unit: str, target_units: tuple[str, ...]) -> Conversion 
         try:
             converted_zero = _converted(0.0, pint_unit, target_unit)
             converted_one = _converted(1.0, pint_unit, target_unit)
+            converted_two = _converted(2.0, pint_unit, target_unit)
         except Exception:  # noqa: S112  (pint raises a dozen unrelated kinds)
             continue
-        return Conversion(target_unit, scale=converted_one - converted_zero, offset=converted_zero)
+        scale = converted_one - converted_zero
+        # decibels are no multiple of a number
+        if math.isclose(converted_two - converted_one, scale):
+            return Conversion(target_unit, scale, offset=converted_zero)
     return None
 
 
@@ -135,15 +140,15 @@ def _converted(value: float, unit: str, target_unit: str) -> float:
     """A value in `unit`, converted to `target_unit`."""
     registry = _registry()
     quantity = registry.Quantity(value, unit)
-    # a plain frequency of a spindle counts revolutions; pint would take it for radians
-    if _has_radians(target_unit) and not _has_radians(unit):
+    base_units = str(registry.get_root_units(unit)[1])
+    if "count" in base_units:
+        raise ValueError("pulses of an encoder are no revolutions, and no number of anything else")
+    # a unit of rotation, such as rpm, has radians among its base units. A plain frequency of a
+    # spindle counts revolutions; pint would take it for radians
+    is_of_rotation = "radian" in str(registry.get_root_units(target_unit)[1])
+    if is_of_rotation and "radian" not in base_units:
         quantity = quantity * registry.revolution
     return float(quantity.to(target_unit).magnitude)
-
-
-def _has_radians(unit: str) -> bool:
-    """Whether a unit is one of rotation, such as rpm: in base units it has radians."""
-    return "radian" in str(_registry().get_root_units(unit)[1])
 
 
 @cache

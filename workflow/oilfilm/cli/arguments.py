@@ -87,7 +87,9 @@ def typed_quantity(text: str, unit: str, option: str) -> float:
         OilfilmError: It is no number, or its unit measures something else.
     """
     match = re.fullmatch(r"\s*([-+]?[0-9.]+(?:[eE][-+]?[0-9]+)?)\s*(\S*)\s*", text)
-    expected = f"expected a number in {unit}, as 0.5{'' if unit == 'dimensionless' else unit}"
+    expected = "expected a number, as 0.5 or 50%"
+    if unit != "dimensionless":
+        expected = f"expected a number in {unit}, as 0.5{unit}"
     if match is None:
         raise OilfilmError(f"{option}: found {text!r}; {expected}.")
     number_text, typed_unit = match.groups()

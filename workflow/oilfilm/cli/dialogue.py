@@ -26,6 +26,7 @@ from oilfilm.logs.ingest import read_bytes
 from oilfilm.logs.meaning import split_unit
 from oilfilm.logs.raw_files import raw_log_names
 from oilfilm.logs.sniff import VOCABULARY
+from oilfilm.logs.text_rows import normalised
 from oilfilm.settings.campaign import Semantics
 from oilfilm.settings.messages import first_mistake
 from oilfilm.settings.resolve import resolve
@@ -233,10 +234,15 @@ def _ask_about_settled_rows(
     }
     if not settled_log_names or not sheet_file.is_file():
         return False
-    text = sheet_file.read_text(encoding="utf-8-sig")
-    separator = ";" if ";" in text.partition("\n")[0] else ","
-    header, *rows = csv.reader(io.StringIO(text), delimiter=separator)
+    # the sheet may be the laboratory's own
+    text = normalised(sheet_file.read_bytes()).decode("utf-8")
+    separator = max(",;\t", key=text.partition("\n")[0].count)
+    header, *rows = [*csv.reader(io.StringIO(text), delimiter=separator)] or [[]]
     if "log_kind" in header or "file" not in header:
+        return False
+    names = [dict(zip(header, row, strict=False)).get("file") for row in rows]
+    if settled_log_names.isdisjoint(names):
+        # its rows name logs by patterns
         return False
     say(f"{sheet_file.relative_to(folder)}, line 1: log_kind")
     counts = f"{len(settled_log_names)} of {len(project_check.log_reports)} logs"
@@ -246,13 +252,12 @@ def _ask_about_settled_rows(
     )
     if answer.strip().casefold() not in ("yes", "y"):
         return False
-    file_column = header.index("file")
     new_sheet = io.StringIO()
     writer = csv.writer(new_sheet, delimiter=separator, lineterminator="\n")
     writer.writerow([*header, "log_kind"])
-    writer.writerows(
-        [*row, "steps" if row[file_column] in settled_log_names else ""] for row in rows if row
-    )
+    for row, name in zip(rows, names, strict=True):
+        missing_cells = [""] * (len(header) - len(row))
+        writer.writerow([*row, *missing_cells, "steps" if name in settled_log_names else ""])
     write_text(f"\ufeff{new_sheet.getvalue()}", sheet_file)
     return True
 

@@ -41,6 +41,7 @@ def run(options: argparse.Namespace) -> int:
         columns=options.columns,
         simulated=options.simulated,
     )
+    is_fitted = bool(fit.constants["value"].notna().any())
     print("\n".join(map(printable, _summary_lines(fit))))
     if options.plot:
         write_plot(fit.plot().figure, options.plot)
@@ -48,8 +49,9 @@ def run(options: argparse.Namespace) -> int:
     if options.save:
         fit.save(options.save)
         print(f"Written: {printable(options.save)}: tables, exports, summary.txt, report.html")
-        print(f"Then, as an example: {_predict_command(fit, options.save)}")
-    return int(fit.constants["value"].isna().all())
+        if is_fitted:
+            print(f"Then, as an example: {_predict_command(fit, options.save)}")
+    return 0 if is_fitted else 1
 
 
 def _predict_command(fit: ArrayFit, folder: Path) -> str:

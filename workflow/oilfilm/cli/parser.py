@@ -10,6 +10,7 @@ Decides: commands, options and their help.
 import argparse
 import difflib
 from collections.abc import Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -373,6 +374,7 @@ def refuse_unknown_command(words: Sequence[str]) -> None:
         if similar_names
         else f"Expected one of {', '.join(command_names)}."
     )
-    if Path(word[:200]).exists():
-        hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
+    with suppress(OSError):  # the word is too long for a path
+        if Path(word).exists():
+            hint = "Write `oilfilm check` before logs, `oilfilm fit` before a table of mu."
     raise OilfilmError(f"{cut(word)!r} is no command. {hint}")

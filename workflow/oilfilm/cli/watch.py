@@ -6,6 +6,7 @@ Decides: when a log that is being written is finished.
 """
 
 import argparse
+import math
 import time
 from collections.abc import Iterator
 from datetime import datetime
@@ -38,8 +39,13 @@ def run(options: argparse.Namespace) -> int:
     """Watch until interrupted, which ends with the exit code 130.
 
     Raises:
-        OilfilmError: The current folder is no project, and none is named.
+        OilfilmError: The current folder is no project, and none is named; or no log would ever be
+            finished.
     """
+    if not 0 <= options.settle < math.inf:
+        raise OilfilmError(
+            f"--settle: found {options.settle:g}; expected 0 seconds or more, as --settle 3."
+        )
     if options.config is None and not Path("config/config.yaml").is_file():
         raise OilfilmError(
             "config/config.yaml: there is no such file, so the logs to be watched are not known. "

@@ -177,7 +177,7 @@ def _mistake(details: ErrorDetails, schema: Mapping[str, Any]) -> _Mistake:
     group_key = dotted_key(key_path[:-1])
     under_group = f" under `{group_key}`" if group_key else ""
     input_value = details.get("ctx", {}).get("tag", details["input"])
-    if is_key_wrong and error_type == "string_type":
+    if error_type == "invalid_key" or (is_key_wrong and error_type == "string_type"):
         hint = _hint(input_value, _TEXT_SCHEMA)
         sentence = f"the key {input_value!r}{under_group} is no text.{hint}"
         return _Mistake(key_path, sentence)

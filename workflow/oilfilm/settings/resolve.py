@@ -157,6 +157,8 @@ def _temperatures_of_use(settings: Settings) -> Iterator[float]:
     if campaign.torque is None:
         return
     yield settings.bearing.cage_slip.inlet_temperature_c
+    yield from settings.bearing.cage_slip.further_temperature_c
+    yield settings.bearing.size_effect.inlet_temperature_c
     yield from (point.oil_temperature_c for point in settings.plan.duty_points)
     if campaign.torque.matrix is not None:
         yield from campaign.torque.matrix.oil_temperature_c
@@ -393,9 +395,10 @@ def _contradictory_oil_names(settings: Settings) -> Iterator[tuple[KeyPath, str]
     """
     oil_id_by_name: dict[str, str] = {}
     aliases_by_oil = settings.campaign.oil_aliases
-    for oil_id in aliases_by_oil.keys() - settings.oils.keys():
-        oil_ids = ", ".join(settings.oils)
-        yield ("oil_aliases", oil_id), f"{oil_id!r} is none of the campaign's oils ({oil_ids})."
+    for oil_id in aliases_by_oil:
+        if oil_id not in settings.oils:
+            oil_ids = ", ".join(settings.oils)
+            yield ("oil_aliases", oil_id), f"{oil_id!r} is none of the campaign's oils ({oil_ids})."
     for oil_id in settings.oils:
         for name in settings.names_of(oil_id):
             first_oil_id = oil_id_by_name.setdefault(plain_key(name), oil_id)
@@ -415,13 +418,15 @@ def _contradictions(settings: Settings) -> Iterator[tuple[KeyPath, str]]:
     campaign = settings.campaign
     if not campaign.oils and not campaign.oils_without_properties:
         yield ("oils",), "the campaign names no oil; list at least one under `oils`."
-    for oil_id in set(campaign.oils) & set(campaign.oils_without_properties):
-        sentence = f"the oil {oil_id!r} is listed under `oils` too; keep it in one of the two."
-        yield ("oils_without_properties",), sentence
-    for rig_name in campaign.semantics_of_rig.keys() - set(campaign.rigs):
-        rig_names = ", ".join(campaign.rigs)
-        sentence = f"{rig_name!r} is none of the campaign's rigs ({rig_names})."
-        yield ("semantics_of_rig", rig_name), sentence
+    for oil_id in campaign.oils_without_properties:
+        if oil_id in campaign.oils:
+            sentence = f"the oil {oil_id!r} is listed under `oils` too; keep it in one of the two."
+            yield ("oils_without_properties",), sentence
+    for rig_name in campaign.semantics_of_rig:
+        if rig_name not in campaign.rigs:
+            rig_names = ", ".join(campaign.rigs)
+            sentence = f"{rig_name!r} is none of the campaign's rigs ({rig_names})."
+            yield ("semantics_of_rig", rig_name), sentence
     yield from _names_listed_for_two_keys(campaign)
     yield from _simulation_contradictions(campaign)
     yield from _figure_contradictions(settings)
@@ -503,6 +508,8 @@ def safe_name(name: object, named_at: object) -> str:
     Raises:
         OilfilmError: It cannot; the sentence begins with `named_at`.
     """
+    if name is None:
+        raise OilfilmError(f"{named_at}: found nothing, expected a name.")
     text = str(name)
     if not _NAME_PATTERN.fullmatch(text) or len(text.encode()) > _MAX_NAME_BYTES:
         raise OilfilmError(

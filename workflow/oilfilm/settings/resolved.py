@@ -119,9 +119,17 @@ class Settings(ConfigKeys):
         return (oil_id, *file_aliases, *campaign_aliases)
 
     def common_contact(self) -> Contact | None:
-        """The contact of all the campaign's rigs; None where it is unknown or differs."""
-        contacts = {rig.contact() for rig in self.rigs.values()}
-        return contacts.pop() if len(contacts) == 1 else None
+        """The contact of all the campaign's rigs; None where it is unknown or differs.
+
+        Contacts are the same where radius and modulus are: no law of traction has the roughness.
+        The roughness is that of the first rig.
+        """
+        contacts = [rig.contact() for rig in self.rigs.values()]
+        # whole contacts would differ wherever a roughness is not known: NaN is not NaN
+        radii_and_moduli = {
+            contact and (contact.radius_m, contact.reduced_modulus_pa) for contact in contacts
+        }
+        return contacts[0] if len(radii_and_moduli) == 1 else None
 
     def tested_bearing(self) -> Bearing:
         """The bearing of the campaign's torque logs."""

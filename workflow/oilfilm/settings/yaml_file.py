@@ -3,6 +3,7 @@
 Decides: which YAML is read.
 """
 
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,8 @@ _MAX_BYTES = 1 << 19
 _MAX_LEVELS = 50
 # libyaml is ten times as fast. It would crash on groups nested without end.
 _LOADER = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+# 010 is 8 in YAML, and 1:30 is 90.
+_NUMBER_OF_ANOTHER_BASE = re.compile(r"[-+]?(0[0-7_]+$|[0-9_]+:)")
 
 
 @dataclass(frozen=True)
@@ -148,10 +151,17 @@ def _plain_value(node: yaml.Node, path: Path) -> Any:
         value = yaml.constructor.SafeConstructor().construct_document(node)
         if isinstance(value, int):
             float(value)
-        return value
     except (ValueError, OverflowError) as error:
         # such as the 45th of a month, or a number of four hundred digits
         raise _mistake(path, node, f"a value cannot be read ({error}); correct it.") from error
+    if isinstance(value, int | float) and _NUMBER_OF_ANOTHER_BASE.match(node.value):
+        raise _mistake(
+            path,
+            node,
+            f"found {node.value}, which YAML reads as {value:g}. Write a number without leading "
+            "zeros and colons, or put the text in quotes.",
+        )
+    return value
 
 
 def _plain_mapping(node: yaml.MappingNode, path: Path) -> dict[Any, Any]:
