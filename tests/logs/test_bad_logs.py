@@ -119,15 +119,24 @@ def test_unit_below_a_name_that_states_another_is_refused(name: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("logged", "given", "contradicts"),
-    [("N", "lbf", True), ("N", "N", False), ("N", "newton", False), ("", "lbf", False)],
+    ("logged", "below", "given", "contradicts"),
+    [
+        (" [N]", "", "lbf", True),
+        (" [N]", "", "N", False),
+        (" [N]", "", "newton", False),
+        ("", "", "lbf", False),
+        ("", "s,N,N,rpm,rpm,degC", "lbf", True),
+        ("", "s,N,N,rpm,rpm,degC", "newton", False),
+    ],
 )
 def test_unit_that_contradicts_the_log_is_refused(
-    logged: str, given: str, contradicts: bool
+    logged: str, below: str, given: str, contradicts: bool
 ) -> None:
     """A load of 82 N would be 365 N, and mu a fourth of what it is."""
-    name = f"Normalkraft [{logged}]" if logged else "Normalkraft"
-    content = bad_logs.GOOD.replace(b"load [N]", name.encode())
+    content = bad_logs.GOOD.replace(b"load [N]", f"Normalkraft{logged}".encode())
+    if below:
+        names = next(line for line in content.splitlines() if b"Normalkraft" in line)
+        content = content.replace(names, names + f"\n{below}".encode())
     columns = {"load": {"name": "Normalkraft", "unit": given}}
     settings = CONFIG.with_changes({"campaign": {"columns": columns}})
     quarantine = curate_logs([("log", content)], settings).quarantine
