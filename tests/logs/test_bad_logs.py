@@ -108,12 +108,18 @@ def reason(content: bytes, settings: Settings = CONFIG) -> tuple[str, str]:
     return first["rule"], first["reason"]
 
 
-@pytest.mark.parametrize("name", ["load_n", "load [N]"])
-def test_unit_below_a_name_that_states_another_is_refused(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "below"),
+    [
+        ("load_n", "s,kN,N,rpm,rpm,degC\n"),
+        ("load [N]", "s,kN,N,rpm,rpm,degC\n"),
+        ("load_n [kN]", ""),
+    ],
+)
+def test_unit_beside_a_name_that_states_another_is_refused(name: str, below: str) -> None:
     names = bad_logs.NAMES.decode().replace("load [N]", name)
-    units = ",".join(["s", "kN", "N", "rpm", "rpm", "degC"])
     rows = bad_logs.ROWS.partition(b"\n")[2]
-    rule, sentence = reason(bad_logs.HEAD + f"{names}\n{units}\n".encode() + rows)
+    rule, sentence = reason(bad_logs.HEAD + f"{names}\n{below}".encode() + rows)
     assert rule == "columns"
     assert f"{name!r} is in 'N' by its name and in 'kN' by the unit beside or below" in sentence
 

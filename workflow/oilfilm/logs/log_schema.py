@@ -315,14 +315,14 @@ class Vocabulary:
         _, unit_in_key = (
             self.quantity_and_unit_of_column.get(key, ("", "")) if key != quantity else ("", "")
         )
-        unit_in_name = unit_in_brackets or unit_in_key
-        if self._are_contradictory(quantity, unit_in_name, unit_beside_name):
-            raise ValueError(
-                f"the column {name[:60]!r} is in {unit_in_name!r} by its name and in "
-                f"{unit_beside_name!r} by the unit beside or below it; correct the one that is "
-                "wrong"
-            )
         unit_by_log = unit_beside_name or unit_in_brackets
+        for unit_in_name in (unit_in_brackets, unit_in_key):
+            if self._are_contradictory(quantity, unit_in_name, unit_by_log):
+                raise ValueError(
+                    f"the column {name[:60]!r} is in {unit_in_name!r} by its name and in "
+                    f"{unit_by_log!r} by the unit beside or below it; correct the one that is "
+                    "wrong"
+                )
         listed_column = self.listed_columns.get(quantity)
         if listed_column is None or not _is_listed(name, listed_column):
             return
