@@ -499,10 +499,10 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
         if content.startswith(workbook.ZIP_SIGNATURE):
             is_opendocument = opendocument.recognises(content)
             reader = opendocument if is_opendocument else workbook
-            titled_texts = reader.sheet_texts(content)
-            if not titled_texts:
+            sheets = reader.sheet_texts(content)
+            if not sheets:
                 raise ValueError("no sheet has a cell")
-            return titled_texts
+            return [(sheet.title, sheet.text) for sheet in sheets]
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
         raise mu_table.error(reason, "Export it again, or as csv.") from error
