@@ -124,6 +124,13 @@ def test_unit_beside_a_name_that_states_another_is_refused(name: str, below: str
     assert f"{name!r} is in 'N' by its name and in 'kN' by the unit beside or below" in sentence
 
 
+@pytest.mark.parametrize(("text", "is_refused"), [("yes", True), ("no", False), ("No", False)])
+def test_log_is_simulated_unless_its_header_says_no(text: str, is_refused: bool) -> None:
+    settings = CONFIG.with_changes({"campaign": {"data": "measured"}})
+    _, reading = read_log(csv(simulated=text), "log", settings)
+    assert ["simulated_log"] * is_refused == [refusal.rule for refusal in reading.refusals]
+
+
 @pytest.mark.parametrize(
     ("logged", "below", "given", "contradicts"),
     [

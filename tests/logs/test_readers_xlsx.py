@@ -15,6 +15,8 @@ import formats
 import oilfilm
 from allocations import peak_bytes
 from bad_logs import CONFIG
+from oilfilm.api.mu_columns import stated_columns
+from oilfilm.api.table_fit import SLIP, StatedByUser, read_mu_table
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.base import READING_NOTE
 from oilfilm.logs.ingest import read_log
@@ -402,6 +404,21 @@ def test_table_behind_a_cover_sheet_is_found(saved) -> None:
     fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
     assert len(fitted.points) == 32
     assert any("'Data' is read" in note for note in fitted.notes)
+
+
+def test_slip_of_a_table_shown_in_percent_without_its_sign_is_a_fraction(tmp_path: Path) -> None:
+    """The sheet shows 50 %: `SRR [%]` would make 0.5 % of it."""
+    made = openpyxl.Workbook()
+    made.active.append(["mu", "SRR"])
+    for slip in (0.25, 0.5):
+        made.active.append([0.05, slip])
+        made.active.cell(made.active.max_row, 2).number_format = "0%"
+    path = tmp_path / "table.xlsx"
+    made.save(path)
+    table = read_mu_table(path, StatedByUser(stated_columns("slide_roll_ratio=SRR")))
+    assert table.points[SLIP].tolist() == [0.25, 0.5]
+    with pytest.raises(OilfilmError, match="unit"):
+        read_mu_table(path, StatedByUser(stated_columns("slide_roll_ratio=SRR [%]")))
 
 
 def test_blocks_of_a_text_table_are_one_table(tmp_path: Path) -> None:

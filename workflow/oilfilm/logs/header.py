@@ -420,14 +420,18 @@ def unknown_name_problem(
     )
 
 
+def says_simulated(text_of_key: Mapping[str, str]) -> bool:
+    """Whether a header line `simulated` says anything but `no`."""
+    return text_of_key.get("simulated", "no").casefold() != "no"
+
+
 def simulation_problem(text_of_key: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why a simulated log cannot be used in a campaign of measured logs; None where it can."""
-    text = text_of_key.get("simulated", "no")
-    if text.casefold() == "no" or settings.campaign.data != "measured":
+    if not says_simulated(text_of_key) or settings.campaign.data != "measured":
         return None
     return Refusal(
         "simulated_log",
-        f"the header says simulated: {text[:60]!r}, which is not 'no'; the campaign file says "
+        f"the header says simulated: {text_of_key['simulated'][:60]!r}, which is not 'no'; the campaign file says "
         "data: measured",
         "Take the log out, or say data: simulated in the campaign file.",
     )

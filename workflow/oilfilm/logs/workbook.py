@@ -59,7 +59,7 @@ class SheetText(NamedTuple):
 
     title: str
     text: bytes
-    fraction_columns: Set[int]
+    fraction_columns: Set[int] = frozenset()
 
 
 def recognises(first_bytes: bytes) -> bool:
@@ -96,7 +96,7 @@ def tables_of_sheets(sheets: Iterable[SheetText], vocabulary: Vocabulary) -> Tab
             first_error = first_error or error
             continue
         for table in tables_of_sheet:
-            logged_tables.append(_with_units_of_fractions(table, fraction_columns))
+            logged_tables.append(with_units_of_fractions(table, fraction_columns))
             titles.append(f"{title} {table.run_name}".strip())
     if not logged_tables:
         raise first_error or UnreadableLogError(
@@ -117,7 +117,7 @@ def tables_of_sheets(sheets: Iterable[SheetText], vocabulary: Vocabulary) -> Tab
     ]
 
 
-def _with_units_of_fractions(table: LoggedTable, fraction_columns: Set[int]) -> LoggedTable:
+def with_units_of_fractions(table: LoggedTable, fraction_columns: Set[int]) -> LoggedTable:
     """The table with the unit 1 beside fractions without a unit: their cells look like percent."""
     units = list(table.units)
     for index in fraction_columns:
