@@ -431,7 +431,7 @@ def simulation_problem(text_of_key: Mapping[str, str], settings: Settings) -> Re
         return None
     return Refusal(
         "simulated_log",
-        f"the header says simulated: {text_of_key['simulated'][:60]!r}, which is not 'no'; the campaign file says "
-        "data: measured",
+        f"the header says simulated: {text_of_key['simulated'][:60]!r}, which is not 'no'; the "
+        "campaign file says data: measured",
         "Take the log out, or say data: simulated in the campaign file.",
     )
