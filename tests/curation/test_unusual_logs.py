@@ -298,7 +298,7 @@ def test_wrong_unit_or_sign_is_named(change: dict[str, float], rule: str, words:
     assert re.search(words, curated.quarantine["reason"].iloc[0])
 
 
-@pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%")])
+@pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%"), (1, "percent")])
 def test_slip_in_percent_or_as_a_fraction_is_named_where_logged(factor: float, unit: str) -> None:
     random, slip = np.random.default_rng(3), np.repeat(SWEEP, HELD)
     values = {name: column for name, column in good(SWEEP).items() if name not in SPINDLES}

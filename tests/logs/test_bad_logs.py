@@ -108,26 +108,48 @@ def reason(content: bytes, settings: Settings = CONFIG) -> tuple[str, str]:
     return first["rule"], first["reason"]
 
 
-@pytest.mark.parametrize("name", ["load_n", "load [N]"])
-def test_unit_below_a_name_that_states_another_is_refused(name: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "below"),
+    [
+        ("load_n", "s,kN,N,rpm,rpm,degC\n"),
+        ("load [N]", "s,kN,N,rpm,rpm,degC\n"),
+        ("load_n [kN]", ""),
+    ],
+)
+def test_unit_beside_a_name_that_states_another_is_refused(name: str, below: str) -> None:
     names = bad_logs.NAMES.decode().replace("load [N]", name)
-    units = ",".join(["s", "kN", "N", "rpm", "rpm", "degC"])
     rows = bad_logs.ROWS.partition(b"\n")[2]
-    rule, sentence = reason(bad_logs.HEAD + f"{names}\n{units}\n".encode() + rows)
+    rule, sentence = reason(bad_logs.HEAD + f"{names}\n{below}".encode() + rows)
     assert rule == "columns"
     assert f"{name!r} is in 'N' by its name and in 'kN' by the unit beside or below" in sentence
 
 
+@pytest.mark.parametrize(("text", "is_refused"), [("yes", True), ("no", False), ("No", False)])
+def test_log_is_simulated_unless_its_header_says_no(text: str, is_refused: bool) -> None:
+    settings = CONFIG.with_changes({"campaign": {"data": "measured"}})
+    _, reading = read_log(csv(simulated=text), "log", settings)
+    assert ["simulated_log"] * is_refused == [refusal.rule for refusal in reading.refusals]
+
+
 @pytest.mark.parametrize(
-    ("logged", "given", "contradicts"),
-    [("N", "lbf", True), ("N", "N", False), ("N", "newton", False), ("", "lbf", False)],
+    ("logged", "below", "given", "contradicts"),
+    [
+        (" [N]", "", "lbf", True),
+        (" [N]", "", "N", False),
+        (" [N]", "", "newton", False),
+        ("", "", "lbf", False),
+        ("", "s,N,N,rpm,rpm,degC", "lbf", True),
+        ("", "s,N,N,rpm,rpm,degC", "newton", False),
+    ],
 )
 def test_unit_that_contradicts_the_log_is_refused(
-    logged: str, given: str, contradicts: bool
+    logged: str, below: str, given: str, contradicts: bool
 ) -> None:
     """A load of 82 N would be 365 N, and mu a fourth of what it is."""
-    name = f"Normalkraft [{logged}]" if logged else "Normalkraft"
-    content = bad_logs.GOOD.replace(b"load [N]", name.encode())
+    content = bad_logs.GOOD.replace(b"load [N]", f"Normalkraft{logged}".encode())
+    if below:
+        names = next(line for line in content.splitlines() if b"Normalkraft" in line)
+        content = content.replace(names, names + f"\n{below}".encode())
     columns = {"load": {"name": "Normalkraft", "unit": given}}
     settings = CONFIG.with_changes({"campaign": {"columns": columns}})
     quarantine = curate_logs([("log", content)], settings).quarantine

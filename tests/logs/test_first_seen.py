@@ -7,13 +7,14 @@ from pathlib import Path
 import pytest
 import yaml
 
-from oilfilm.base.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError, printable
 from oilfilm.logs.first_seen import FirstSeenDigests
 from oilfilm.settings.campaign import AcknowledgedChange, Dataset
 from oilfilm.settings.messages import first_mistake, validated
 
-# A blank, a colon, quotes and a hash, which YAML would take for its own.
-LOG = Path('data/raw/june/run: 1 "a" #2.csv')
+# A blank, a colon, quotes, a hash and a line separator, which YAML would take for its own, and a
+# character beyond the first 65536.
+LOG = Path('data/raw/june/run: 1 "a" #2 \u2028\U0001f6e2.csv')
 OTHER = Path("data/raw/june/b.csv")
 BEFORE, AFTER, LATER = (sha256(text).hexdigest() for text in (b"1.25", b"1.35", b"1.45"))
 
@@ -45,7 +46,7 @@ def pasted(message: str, reason: str) -> list[AcknowledgedChange]:
 def test_digit_changed_in_a_log_is_refused_with_both_digests(seen: FirstSeenDigests) -> None:
     assert refusal(seen, BEFORE) == ""
     message = refusal(seen, AFTER)
-    assert message.startswith(f"{LOG}: has changed since a run first read it")
+    assert message.startswith(f"{printable(str(LOG))}: has changed since a run first read it")
     assert BEFORE[:16] in message
     assert AFTER[:16] in message
     assert "config/campaigns/june.yaml" in message
@@ -61,7 +62,7 @@ def test_pasted_lines_with_a_reason_keep_the_first_digest(
     assert "reason" in first_mistake(written, Dataset)
     digests = {LOG.as_posix(): AFTER, "data/raw/june/new.csv": AFTER}
     seen.check_and_add(digests, [change.model_dump()])
-    lines = (tmp_path / "june.sha256").read_text(encoding="utf-8").splitlines()
+    lines = (tmp_path / "june.sha256").read_text(encoding="utf-8").split("\n")[:-1]
     # as `sha256sum -c` reads them
     assert lines == [f"{BEFORE}  {OTHER}", f"{AFTER}  data/raw/june/new.csv", f"{BEFORE}  {LOG}"]
     # a second change needs a reason of its own; a second list would be a duplicate key
@@ -81,9 +82,12 @@ def test_log_of_an_earlier_run_that_is_gone_is_named(seen: FirstSeenDigests) -> 
     assert OTHER.as_posix() in seen.sentence_on_missing([LOG.as_posix()])
 
 
-def test_damaged_listing_is_no_empty_one(seen: FirstSeenDigests, tmp_path: Path) -> None:
+@pytest.mark.parametrize("damage", [b" data/raw/", b"  data/raw/\xff"])
+def test_damaged_listing_is_no_empty_one(
+    seen: FirstSeenDigests, tmp_path: Path, damage: bytes
+) -> None:
     path = tmp_path / "june.sha256"
-    path.write_text(path.read_text(encoding="utf-8").replace("  data", " data", 1))
+    path.write_bytes(path.read_bytes().replace(b"  data/raw/", damage, 1))
     with pytest.raises(OilfilmError, match=re.escape(f"{path}, line 1: expected a sha256")):
         FirstSeenDigests("june", folder=tmp_path)
 

@@ -32,7 +32,7 @@ from oilfilm.logs.meaning import (
     meaning_of,
     split_unit,
 )
-from oilfilm.logs.sniff import sniff
+from oilfilm.logs.sniff import SniffedRun, measured_set_points, sniff
 
 CORPUS = yaml.safe_load(Path(__file__).with_name("column_names.yaml").read_text(encoding="utf-8"))
 # Meaning -> its names.
@@ -614,18 +614,28 @@ def test_name_of_what_may_be_no_reading_is_asked(name: str) -> None:
     assert meaning is None or meaning.question
 
 
+def sniffed_run(load_n: float, temperatures_c: tuple[float, float]) -> SniffedRun:
+    log = (
+        "time [s];load [N];traction force [N];ball speed [m/s];disc speed [m/s];oil inlet [degC]\n"
+    )
+    log += "".join(
+        f"{row * 0.02:.2f};{load_n};1.0;10.0;10.1;{temperatures_c[row % 2]}\n" for row in range(101)
+    )
+    (run,) = sniff("a.csv", log.encode(), lambda *_: "").runs
+    return run
+
+
 @pytest.mark.parametrize(
     ("temperatures_c", "level_c"), [((-20.0, -20.1), -20.0), ((-5.0, 5.0), np.nan)]
 )
 def test_level_of_a_cold_inlet_keeps_its_sign(
     temperatures_c: tuple[float, float], level_c: float
 ) -> None:
-    log = (
-        "time [s];load [N];traction force [N];ball speed [m/s];disc speed [m/s];oil inlet [degC]\n"
-    )
-    log += "".join(
-        f"{row * 0.02:.2f};80.1;1.0;10.0;10.1;{temperatures_c[row % 2]}\n" for row in range(101)
-    )
-    sniffed = sniff("a.csv", log.encode(), lambda *_: "")
-    level = sniffed.runs[0].measured_levels["inlet_temperature_c"]
+    level = sniffed_run(80.1, temperatures_c).measured_levels["inlet_temperature_c"]
     np.testing.assert_allclose(level, level_c, atol=0.051)
+
+
+@pytest.mark.parametrize(("load_n", "is_set_point"), [(80.1, True), (0.0, False)])
+def test_load_that_no_run_sheet_may_have_is_no_set_point(load_n: float, is_set_point: bool) -> None:
+    run = sniffed_run(load_n, (70.0, 70.1))
+    assert ("load_n" in measured_set_points(run)) == is_set_point

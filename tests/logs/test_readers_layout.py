@@ -143,6 +143,14 @@ def test_log_is_read_the_same_however_it_is_laid_out(text: str) -> None:
         np.testing.assert_allclose(run.samples[name], logged * scale, rtol=1e-12, atol=1e-12)
 
 
+def test_single_quote_harms_its_row_alone() -> None:
+    rows = [[f"{number / 50}", *row[1:]] for number, row in enumerate(pointed() * 5)]
+    rows[4][0] = '"' + rows[4][0]
+    reading = read(log(units=UNITS, rows=rows, delimiter=","))
+    (refusal,) = reading.refusals
+    assert (refusal.first_row, refusal.last_row, len(reading.runs[0])) == (5, 5, 9)
+
+
 REFUSED = {
     "thousands or decimals": (
         log(rows=[[*ROWS[0][:4], "7.160", "70,0"], ROWS[1]]),
@@ -408,6 +416,10 @@ def test_word_of_its_own_is_no_slip_of_the_pen() -> None:
         ("load_[kn]", "0,08", "load_n", 80),
         ("load", "80 N", "load_n", 80),
         ("load_n", "0.08 kN", "load_n", 80),
+        # Fortran writes no zero behind the decimal mark
+        ("load_kn", "80.", "load_n", 80e3),
+        ("load", "80. N", "load_n", 80),
+        ("load_kn", "8.e-2", "load_n", 80),
         ("last_[kn]", "0.08", "load_n", 80),
         ("max_hertz_pressure_mpa", "1250", "max_hertz_pressure_gpa", 1.25),
         ("max_hertz_pressure", "1.25e9 Pa", "max_hertz_pressure_gpa", 1.25),

@@ -87,6 +87,16 @@ def test_x_column_of_each_channel_is_read_where_the_clocks_agree(read) -> None:
     np.testing.assert_allclose(later.samples["load_n"], VALUES["load"][1:] * 9.80665, rtol=1e-12)
 
 
+@pytest.mark.parametrize("decimals", ["", ".25", ".8190984725952148437"])
+def test_channel_that_starts_later_by_its_header_has_later_times(read, decimals: str) -> None:
+    clock_times = [*4 * [f"16:29:04{decimals}"], f"16:29:05{decimals}"]
+    lines = ["Channels\t5", "Date" + 5 * "\t2026/01/10", "\t".join(["Time", *clock_times])]
+    text = multi(VALUES["time"] - 1.0).replace("Channels\t5", "\n".join(lines))
+    (run,) = read(text).runs
+    expected = VALUES["inlet_temperature"] - 273.15
+    np.testing.assert_allclose(run.samples["inlet_temperature_c"], expected)
+
+
 def with_cells(text: str, cells: dict[tuple[int, int], str]) -> str:
     """A text with other cells: (row from 0, column) -> text."""
     lines = text.split("\n")

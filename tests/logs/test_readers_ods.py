@@ -83,6 +83,15 @@ def test_types_of_values() -> None:
     ]
 
 
+def test_column_in_percent_without_its_sign_holds_fractions() -> None:
+    in_percent = cell(0.05, kind="percentage")
+    rows = row(cell("load [N]"), cell("slip [%]"), cell("SRR")) + row(
+        cell(20), in_percent, in_percent
+    )
+    (sheet,) = sheet_texts(spreadsheet(document(Sheet=rows)))
+    assert sheet.fraction_columns == {2}
+
+
 def test_percent_sign_in_a_note_changes_no_number() -> None:
     lines = lines_of(
         row(cell("humidity"), cell("45 %")),

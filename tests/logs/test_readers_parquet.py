@@ -38,6 +38,13 @@ def test_numbers_of_any_width_are_read(read, column: Any) -> None:
     assert read(with_load(column)).runs[0].samples["load_n"].tolist() == list(range(40))
 
 
+def test_instants_are_in_seconds_whatever_their_unit_says(read) -> None:
+    column = arrow.array(pd.date_range("2026-03-01", periods=40, freq="20ms"))
+    field = arrow.field("time", column.type, metadata={"unit": "ms"})
+    (run,) = read(formats.parquet_file(formats.table(VALUES).set_column(0, field, column))).runs
+    np.testing.assert_allclose(run.samples["time_s"], VALUES["time"], atol=1e-9)
+
+
 @pytest.mark.parametrize("missing_row", [0, 20, 39])
 def test_missing_time_stamp_refuses_its_row_only(read, missing_row: int) -> None:
     instants = list(pd.date_range("2026-03-01", periods=40, freq="20ms"))

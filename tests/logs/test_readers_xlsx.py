@@ -15,6 +15,8 @@ import formats
 import oilfilm
 from allocations import peak_bytes
 from bad_logs import CONFIG
+from oilfilm.api.mu_columns import stated_columns
+from oilfilm.api.table_fit import SLIP, StatedByUser, read_mu_table
 from oilfilm.base.errors import OilfilmError
 from oilfilm.logs.base import READING_NOTE
 from oilfilm.logs.ingest import read_log
@@ -133,6 +135,28 @@ def test_slip_is_read_as_the_sheet_shows_it(read, unit: str, shown: bool) -> Non
     np.testing.assert_allclose(slip / 10, [0.05])
 
 
+@pytest.mark.parametrize(
+    ("name", "unit", "is_read"),
+    [("SRR", None, True), ("SRR", "%", False), ("SRR (percent)", None, False)],
+)
+def test_slip_shown_in_percent_without_its_sign_is_a_fraction(
+    name: str, unit: str | None, is_read: bool
+) -> None:
+    """The sheet shows 60 %, and its cell holds 0.6: it must not be read as 0.6 %."""
+    made = openpyxl.Workbook()
+    made.active.append(["Oil", "4102"])
+    made.active.append([*NAMES[:3], "entrainment_speed (m/s)", name, NAMES[5]])
+    made.active.append([0.0, 20, 1, 10, 0.6, 60])
+    made.active["E3"].number_format = "0.0%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    columns = {"slide_roll_ratio": {"name": "SRR", "unit": unit}}
+    settings = CONFIG.with_changes({"campaign": {"columns": columns}})
+    _, reading = read_log(buffer.getvalue(), "log", settings)
+    slips = [run.samples["disc_speed_m_s"] - run.samples["ball_speed_m_s"] for run in reading.runs]
+    np.testing.assert_allclose(slips, [[6.0]] if is_read else [])
+
+
 @pytest.mark.parametrize("number_format", ['0.0"%"', r"0.0\%", "0.0_%", '0.0" % of mean"'])
 def test_percent_sign_in_a_text_of_the_format_changes_no_number(read, number_format: str) -> None:
     names = [*NAMES[:3], "entrainment_speed (m/s)", "slide_roll_ratio (%)", NAMES[5]]
@@ -182,7 +206,7 @@ def test_percent_sign_counts_in_names_and_units_only(
         made.active.cell(made.active.max_row, 5).number_format = "0.00%"
     buffer = io.BytesIO()
     made.save(buffer)
-    ((_, text),) = sheet_texts(buffer.getvalue())
+    ((_, text, _),) = sheet_texts(buffer.getvalue())
     slips = [line.split("\t")[4].strip() for line in text.decode().splitlines()[-2:]]
     is_ratio = slip_name.endswith("(1)")
     assert slips == (["0.0005", "0.05"] if is_ratio else ["0.05", "5"])
@@ -197,7 +221,7 @@ def test_names_of_a_second_table_count_below_it() -> None:
         made.active.cell(made.active.max_row, 5).number_format = "0.00%"
     buffer = io.BytesIO()
     made.save(buffer)
-    ((_, text),) = sheet_texts(buffer.getvalue())
+    ((_, text, _),) = sheet_texts(buffer.getvalue())
     lines = text.decode().splitlines()
     assert [lines[index].split("\t")[4] for index in (1, 3)] == ["5", "0.05"]
 
@@ -221,7 +245,7 @@ def test_text_between_rows_of_numbers_names_no_column(row_between: list[str | No
         made.active.cell(row, 5).number_format = "0.00%"
     buffer = io.BytesIO()
     made.save(buffer)
-    ((_, text),) = sheet_texts(buffer.getvalue())
+    ((_, text, _),) = sheet_texts(buffer.getvalue())
     lines = text.decode().splitlines()
     assert [lines[index].split("\t")[4] for index in (1, 3)] == ["5", "5"]
 
@@ -380,6 +404,21 @@ def test_table_behind_a_cover_sheet_is_found(saved) -> None:
     fitted = oilfilm.fit_table(path, searches=2, bootstrap=20)
     assert len(fitted.points) == 32
     assert any("'Data' is read" in note for note in fitted.notes)
+
+
+def test_slip_of_a_table_shown_in_percent_without_its_sign_is_a_fraction(tmp_path: Path) -> None:
+    """The sheet shows 50 %: `SRR [%]` would make 0.5 % of it."""
+    made = openpyxl.Workbook()
+    made.active.append(["mu", "SRR"])
+    for slip in (0.25, 0.5):
+        made.active.append([0.05, slip])
+        made.active.cell(made.active.max_row, 2).number_format = "0%"
+    path = tmp_path / "table.xlsx"
+    made.save(path)
+    table = read_mu_table(path, StatedByUser(stated_columns("slide_roll_ratio=SRR")))
+    assert table.points[SLIP].tolist() == [0.25, 0.5]
+    with pytest.raises(OilfilmError, match="unit"):
+        read_mu_table(path, StatedByUser(stated_columns("slide_roll_ratio=SRR [%]")))
 
 
 def test_blocks_of_a_text_table_are_one_table(tmp_path: Path) -> None:

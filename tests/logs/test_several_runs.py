@@ -130,6 +130,12 @@ def test_oil_in_a_column_and_another_in_the_header_is_refused(in_header: str, co
     assert [refusal.rule for refusal in reading.refusals] == ["unknown_oil"]
 
 
+def test_run_without_a_label_is_not_part_of_another() -> None:
+    # as NumPy writes it
+    reading = read(csv(blocks("Run", "a", "nan"), "# oil: 4102"))
+    assert [len(run) for run in reading.runs] == [HALF, HALF]
+
+
 def test_empty_cells_of_a_label_are_as_the_cell_above() -> None:
     labels = {"Run": ["a", *[""] * (HALF - 1), "b", *[""] * (HALF - 1)]}
     assert [len(run) for run in read(csv(labels, "# oil: 4102")).runs] == [HALF, HALF]
@@ -207,6 +213,12 @@ def test_repeated_header_blocks_are_runs_with_their_own_set_points() -> None:
 def test_oil_of_a_block_is_its_own_whatever_its_line_is_called(first: str) -> None:
     text = f"# {first}\n" + block(20, 1) + "# Lube\t4050\n" + block(40, 2)
     assert [run.oil_name for run in read(text).runs] == ["4102", "4050"]
+
+
+@pytest.mark.parametrize("write", [formats.lvm, formats.tdms, formats.as_parquet])
+def test_keys_of_one_meaning_and_two_oils_refuse_the_log(write: Callable[..., bytes]) -> None:
+    _, reading = read_log(write(VALUES, keys={"oil": "4102", "Oil": "4050"}), "log", CONFIG)
+    assert (reading.runs, [refusal.rule for refusal in reading.refusals]) == ([], ["unknown_oil"])
 
 
 @pytest.mark.parametrize("header", ["# oil: 4102\n# lubricant: 4050", "# lube: 4050\n# Öl: 4102"])

@@ -41,10 +41,12 @@ from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, BoolArray, FloatArray
 from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
+from oilfilm.logs.header import says_simulated
 from oilfilm.logs.ingest import read_bytes, unpack
 from oilfilm.logs.logged_table import LoggedTable
 from oilfilm.logs.meaning import Meaning, WordVocabulary, label_kind_of, meaning_of
 from oilfilm.logs.traction_log import TRACTION
+from oilfilm.logs.workbook import SheetText, with_units_of_fractions
 from oilfilm.physics.contact import max_hertz_pressure
 from oilfilm.settings import quantities as q
 from oilfilm.settings.base import Group, key
@@ -376,25 +378,26 @@ def read_mu_table(
     """
     if isinstance(table, (str, Path)):
         table_name = str(table)
-        titled_texts = _file_texts(Path(table), MuTable(table_name))
+        sheets = _sheets_of_file(Path(table), MuTable(table_name))
     else:
         table_name = "the data frame"
-        titled_texts = [("", _text_of_frame(table))]
+        sheets = [SheetText("", _text_of_frame(table))]
     statements = stated_by_user or StatedByUser()
-    sheets: list[MuTable] = []
+    read_tables: list[MuTable] = []
     fault_by_title: dict[str, OilfilmError] = {}
-    for title, text in titled_texts:
+    for sheet in sheets:
         try:
-            sheets.append(_table_of_text(text, MuTable(table_name, title=title), statements))
+            empty_table = MuTable(table_name, title=sheet.title)
+            read_tables.append(_table_of_sheet(sheet, empty_table, statements))
         except OilfilmError as error:
-            fault_by_title[title] = error
-    if not sheets:
+            fault_by_title[sheet.title] = error
+    if not read_tables:
         # no sheet is a table: the one with the most text comes nearest to one
-        title_of_longest, _ = max(titled_texts, key=lambda title_and_text: len(title_and_text[1]))
-        raise fault_by_title[title_of_longest]
-    mu_table = sheets[0]
-    if len(sheets) > 1:
-        mu_table = _joined_sheets(sheets, MuTable(table_name))
+        longest_sheet = max(sheets, key=lambda sheet: len(sheet.text))
+        raise fault_by_title[longest_sheet.title]
+    mu_table = read_tables[0]
+    if len(read_tables) > 1:
+        mu_table = _joined_sheets(read_tables, MuTable(table_name))
     elif fault_by_title:
         mu_table.notes.append(f"the sheet {mu_table.title!r} is read")
     for title, fault in fault_by_title.items():
@@ -459,11 +462,11 @@ def _joined_sheets(sheets: Sequence[MuTable], joined_table: MuTable) -> MuTable:
     return joined_table
 
 
-def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser) -> MuTable:
-    """The table in a text, of all blocks that repeat the line of names.
+def _table_of_sheet(sheet: SheetText, mu_table: MuTable, stated_by_user: StatedByUser) -> MuTable:
+    """The table in a sheet, of all blocks that repeat the line of names.
 
     Args:
-        text: The text.
+        sheet: The sheet; a file that is no workbook is one.
         mu_table: An empty table, which is filled and returned.
         stated_by_user: What the user says of the columns.
 
@@ -475,16 +478,17 @@ def _table_of_text(text: bytes, mu_table: MuTable, stated_by_user: StatedByUser)
         for column in stated_by_user.columns:
             stated_meaning_of_name |= column.meaning_by_name
         vocabulary = replace(VOCABULARY, stated_meaning_of_name=stated_meaning_of_name)
-        _, logged_tables = delimited_text.tables(text, vocabulary)
+        _, logged_tables = delimited_text.tables(sheet.text, vocabulary)
     except UnreadableLogError as error:
         advice = "Write one line of names above the rows: slide_roll_ratio and mu among them."
         raise mu_table.error(f"{error.refusal.reason}.", advice) from None
     frames: list[pd.DataFrame] = []
     notes: list[str] = []
-    for logged_table in logged_tables:
+    for table_as_text in logged_tables:
+        logged_table = with_units_of_fractions(table_as_text, sheet.fraction_columns)
         mu_table.notes = list(logged_table.notes)
         mu_table.column_names = logged_table.names
-        mu_table.says_simulated |= logged_table.text_of_key.get("simulated", "no") != "no"
+        mu_table.says_simulated |= says_simulated(logged_table.text_of_key)
         mu_table.points = pd.DataFrame()
         name_by_quantity = _add_points(mu_table, logged_table, stated_by_user)
         _add_labels(mu_table, logged_table, name_by_quantity.values())
@@ -533,8 +537,8 @@ def _index_of_label(
     return None
 
 
-def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
-    """Title and text of each sheet of a workbook; another file is one text without a title.
+def _sheets_of_file(path: Path, mu_table: MuTable) -> list[SheetText]:
+    """Each sheet of a workbook; another file is one sheet without a title.
 
     Raises:
         OilfilmError: The file cannot be read.
@@ -542,18 +546,18 @@ def _file_texts(path: Path, mu_table: MuTable) -> list[tuple[str, bytes]]:
     content = unpack(read_bytes(path))
     try:
         if content.startswith(_PARQUET_SIGNATURE):
-            return [("", _text_of_frame(pyarrow.parquet.read_table(io.BytesIO(content))))]
+            return [SheetText("", _text_of_frame(pyarrow.parquet.read_table(io.BytesIO(content))))]
         if content.startswith(workbook.ZIP_SIGNATURE):
             is_opendocument = opendocument.recognises(content)
             reader = opendocument if is_opendocument else workbook
-            titled_texts = reader.sheet_texts(content)
-            if not titled_texts:
+            sheets = reader.sheet_texts(content)
+            if not sheets:
                 raise ValueError("no sheet has a cell")
-            return titled_texts
+            return sheets
     except Exception as error:
         reason = f"cannot be read ({cut(' '.join(str(error).split()))})."
         raise mu_table.error(reason, "Export it again, or as csv.") from error
-    return [("", content)]
+    return [SheetText("", content)]
 
 
 def _text_of_frame(table: Any) -> bytes:

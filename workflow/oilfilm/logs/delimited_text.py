@@ -18,7 +18,7 @@ from typing import NamedTuple
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs import base, text_rows
 from oilfilm.logs.base import TextDialect, UnreadableLogError, check_row_count, parse_decimal
-from oilfilm.logs.header import FULL_WIDTH_TO_ASCII, states_oil
+from oilfilm.logs.header import FULL_WIDTH_TO_ASCII, joined_texts, states_oil
 from oilfilm.logs.likely_names import likely_line_of_names
 from oilfilm.logs.log_schema import QuantitiesAndUnits, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile
@@ -615,8 +615,10 @@ def _decimal_and_group_mark(
         return ".", ""
     # from all of the first rows: one row may hold whole numbers only
     cells_with_comma = []
-    for row in head.first_rows:
-        cells = [_bare_cell(row[index]) for index in number_indices if index < len(row)]
+    # a row with a single quote has few cells, which hold commas
+    complete_rows = [row for row in head.first_rows if len(row) == len(head.names)]
+    for row in complete_rows:
+        cells = [_bare_cell(row[index]) for index in number_indices]
         cells_with_comma += [cell for cell in cells if "," in cell]
     for cell in cells_with_comma:
         grouped_number = _GROUPED_NUMBER.fullmatch(cell)
@@ -699,11 +701,10 @@ def _bare_cell(cell: str) -> str:
 def _text_of_header_key(lines: Sequence[str], delimiter: str) -> dict[str, str]:
     """Header keys from `key: value` lines above the names, with or without `#`.
 
-    The mark between key and value is the first of `:`, `=` and the delimiter. Two values of one key
-    are joined: what needs this key refuses the log.
+    The mark between key and value is the first of `:`, `=` and the delimiter.
     """
     marks = {":", "=", delimiter} - {_BLANK_DELIMITER}
-    text_of_key: dict[str, str] = {}
+    keys_and_texts: list[tuple[str, str]] = []
     for line in lines:
         text = line.strip().lstrip("#").strip()
         marks_of_line = [mark for mark in marks if mark in text]
@@ -712,9 +713,5 @@ def _text_of_header_key(lines: Sequence[str], delimiter: str) -> dict[str, str]:
         key, _, value = text.partition(min(marks_of_line, key=text.index))
         # a table program may quote the cells and fill the line with delimiters
         surplus = f'"{delimiter} \t'
-        key = plain_key(key).strip(surplus)
-        value = value.strip(surplus)
-        if text_of_key.get(key, value) != value:
-            value = f"{text_of_key[key]} / {value}"
-        text_of_key[key] = value
-    return text_of_key
+        keys_and_texts.append((plain_key(key).strip(surplus), value.strip(surplus)))
+    return joined_texts(keys_and_texts)

@@ -3,10 +3,11 @@
 Decides: when a raw log is refused because it changed.
 """
 
-import json
 import re
 from collections.abc import Iterable, Mapping
 from pathlib import Path
+
+import yaml
 
 from oilfilm.base.atomic_write import write_text
 from oilfilm.base.errors import OilfilmError
@@ -14,7 +15,8 @@ from oilfilm.logs.raw_files import listing_text, names_in_words
 
 # So many digits of a sha256 tell any two logs of a campaign apart.
 _DIGITS_SHOWN = 16
-_LINE = re.compile(r"(?P<digest>[0-9a-f]{64})  (?P<log>data/raw/.+)")
+# Python reads bytes that are no UTF-8 as surrogates, which no name of a log has.
+_LINE = re.compile(r"(?P<digest>[0-9a-f]{64})  (?P<log>data/raw/[^\ud800-\udfff\n]+)")
 
 
 class FirstSeenDigests:
@@ -34,7 +36,9 @@ class FirstSeenDigests:
         self._path = folder / f"{log_folder_name or campaign_name}.sha256"
         self._digest_of_log: dict[str, str] = {}
         # a campaign that has not run has no listing
-        text = self._path.read_text(encoding="utf-8") if self._path.is_file() else ""
+        text = ""
+        if self._path.is_file():
+            text = self._path.read_text(encoding="utf-8", errors="surrogateescape")
         # not `splitlines`, which also splits at rare marks that a path may have
         lines = text.removesuffix("\n").split("\n") if text else []
         for number, line in enumerate(lines, start=1):
@@ -114,7 +118,7 @@ class FirstSeenDigests:
             lines_to_add = ["acknowledged_changes:"]
         for log, (was, now) in digests_of_changed_log.items():
             lines_to_add += [
-                f"  - log: {json.dumps(log)}",
+                f"  - log: {_quoted(log)}",
                 f'    was: "{was[:_DIGITS_SHOWN]}"',
                 f'    now: "{now[:_DIGITS_SHOWN]}"',
                 "    reason: ",
@@ -127,3 +131,14 @@ class FirstSeenDigests:
             f"config/campaigns/{self._campaign_name}.yaml, "
             f"with the reason:\n{all_lines}"
         )
+
+
+def _quoted(text: str) -> str:
+    r"""A text in quotes on one line, as YAML reads it back.
+
+    Examples:
+        >>> print(_quoted('a "b" \N{LINE SEPARATOR}'))
+        "a \"b\" \L"
+    """
+    dumped: str = yaml.safe_dump(text, default_style='"', allow_unicode=True, width=float("inf"))
+    return dumped.removesuffix("\n")

@@ -53,7 +53,8 @@ UNIT_BY_PLAIN_KEY = {
 _NUMBER_WITH_ONE_GROUP = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
 # No test is hotter or faster. A larger number has no mark between thousands.
 _LARGEST_LIKELY_SET_POINT = {"inlet_temperature_c": 1000.0, "entrainment_speed_m_s": 1000.0}
-_NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d(?:[eE][-+]?\d+)?)\s*(.*)")
+# A decimal mark may be the last sign of a number, as in `80. N`.
+_NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d[.,]?(?:[eE][-+]?\d+)?)\s*(.*)")
 # Two words with a larger similarity (ratio of `difflib`) are one word that is misspelt: less than
 # one letter of four is changed.
 _SIMILARITY_OF_MISSPELLING = 0.75
@@ -106,14 +107,13 @@ def project_header(
         decimal_mark: Decimal mark of the log.
     """
     key_by_name = key_by_listed_name(settings)
-    text_of_key: dict[str, str] = {}
+    keys_and_texts: list[tuple[str, str]] = []
     for logged_key, text in text_of_logged_key.items():
         key, project_text = project_key_and_text(logged_key, text, key_by_name, decimal_mark)
         if key == "oil":
             project_text = oil_id(project_text, settings)
-        if text_of_key.get(key, project_text) != project_text:
-            project_text = f"{text_of_key[key]} / {project_text}"
-        text_of_key[key] = project_text
+        keys_and_texts.append((key, project_text))
+    text_of_key = joined_texts(keys_and_texts)
     oil_texts = [
         oil_id(text, settings) for key, text in text_of_key.items() if other_oil_key({key: text})
     ]
@@ -124,6 +124,19 @@ def project_header(
         other_oils = [text for text in dict.fromkeys(oil_texts) if text in known_oils]
         text_of_key["oil"] = " / ".join(dict.fromkeys([stated_oil, *other_oils]))
     return text_of_key
+
+
+def joined_texts(keys_and_texts: Iterable[tuple[str, str]]) -> dict[str, str]:
+    """Key -> text. Different texts of one key are joined: what needs this key refuses the log.
+
+    Examples:
+        >>> joined_texts([("oil", "4102"), ("rig", ""), ("oil", "4050"), ("rig", "mtm")])
+        {'oil': '4102 / 4050', 'rig': 'mtm'}
+    """
+    texts_of_key: dict[str, dict[str, None]] = {}
+    for key, text in keys_and_texts:
+        texts_of_key.setdefault(key, {})[text] = None
+    return {key: " / ".join(filter(None, texts)) for key, texts in texts_of_key.items()}
 
 
 def header_of_part(
@@ -407,12 +420,18 @@ def unknown_name_problem(
     )
 
 
+def says_simulated(text_of_key: Mapping[str, str]) -> bool:
+    """Whether a header line `simulated` says anything but `no`."""
+    return text_of_key.get("simulated", "no").casefold() != "no"
+
+
 def simulation_problem(text_of_key: Mapping[str, str], settings: Settings) -> Refusal | None:
     """Why a simulated log cannot be used in a campaign of measured logs; None where it can."""
-    if text_of_key.get("simulated", "no") == "no" or settings.campaign.data != "measured":
+    if not says_simulated(text_of_key) or settings.campaign.data != "measured":
         return None
     return Refusal(
         "simulated_log",
-        "the header says that the log is simulated; the campaign file says data: measured",
+        f"the header says simulated: {text_of_key['simulated'][:60]!r}, which is not 'no'; the "
+        "campaign file says data: measured",
         "Take the log out, or say data: simulated in the campaign file.",
     )

@@ -298,21 +298,16 @@ class Vocabulary:
             conversion_used = conversion(unit, self.units_of_quantity[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
-        unit_by_log = unit_beside_name or split_bracketed_unit(name)[1] or unit
-        self._refuse_contradictory_units(quantity, name, unit_beside_name)
-        conversion_by_log = possible_conversion(unit_by_log, self.units_of_quantity[quantity])
-        if conversion_by_log not in (None, conversion_used):
-            raise ValueError(
-                f"the column {name[:60]!r} is in {unit_by_log!r} by the log itself and in {unit!r} "
-                f"by `{self.columns_key}` of the campaign file; take out the one that is wrong"
-            )
+        # time stamps are in seconds whatever else says
+        if not (quantity == "time" and unit_beside_name == "s"):
+            self._refuse_contradictory_units(quantity, name, unit_beside_name)
         return LoggedColumn(quantity, index, conversion_used, name, logged_unit=unit)
 
     def _refuse_contradictory_units(self, quantity: str, name: str, unit_beside_name: str) -> None:
-        """Refuse a column whose name states another unit than the log gives beside the name.
+        """Refuse a column of which the name, the log and the campaign file state different units.
 
         Raises:
-            ValueError: Both are units of the quantity, and differ.
+            ValueError: Two of these are units of the quantity, and differ.
         """
         bare_name, unit_in_brackets = split_bracketed_unit(name)
         key = plain_key(bare_name)
@@ -320,20 +315,31 @@ class Vocabulary:
         _, unit_in_key = (
             self.quantity_and_unit_of_column.get(key, ("", "")) if key != quantity else ("", "")
         )
-        unit_in_name = unit_in_brackets or unit_in_key
-        # time stamps are in seconds whatever their name says
-        if quantity == "time" and unit_beside_name == "s":
+        unit_by_log = unit_beside_name or unit_in_brackets
+        for unit_in_name in (unit_in_brackets, unit_in_key):
+            if self._are_contradictory(quantity, unit_in_name, unit_by_log):
+                raise ValueError(
+                    f"the column {name[:60]!r} is in {unit_in_name!r} by its name and in "
+                    f"{unit_by_log!r} by the unit beside or below it; correct the one that is "
+                    "wrong"
+                )
+        listed_column = self.listed_columns.get(quantity)
+        if listed_column is None or not _is_listed(name, listed_column):
             return
-        conversion_by_name = possible_conversion(unit_in_name, self.units_of_quantity[quantity])
-        conversion_beside = possible_conversion(unit_beside_name, self.units_of_quantity[quantity])
-        if None not in (conversion_by_name, conversion_beside) and (
-            conversion_by_name != conversion_beside
-        ):
+        if self._are_contradictory(quantity, unit_by_log, listed_column.unit or ""):
             raise ValueError(
-                f"the column {name[:60]!r} is in {unit_in_name!r} by its name and in "
-                f"{unit_beside_name!r} by the unit beside or below it; correct the one that is "
-                "wrong"
+                f"the column {name[:60]!r} is in {unit_by_log!r} by the log itself and in "
+                f"{listed_column.unit!r} by `{self.columns_key}` of the campaign file; take out "
+                "the one that is wrong"
             )
+
+    def _are_contradictory(self, quantity: str, unit: str, other_unit: str) -> bool:
+        """Whether both are units of a quantity, and differ."""
+        conversions = [
+            possible_conversion(stated_unit, self.units_of_quantity[quantity])
+            for stated_unit in (unit, other_unit)
+        ]
+        return None not in conversions and conversions[0] != conversions[1]
 
     def _sentence_on_missing(self, missing_quantities: Sequence[str], names: Sequence[str]) -> str:
         """The sentence about missing quantities, with what a log may have in their place."""

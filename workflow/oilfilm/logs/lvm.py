@@ -12,7 +12,7 @@ import numpy as np
 
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import Refusal, TextDialect, UnreadableLogError, check_text_size
-from oilfilm.logs.header import FORMAT_ADVICE, header_of_part
+from oilfilm.logs.header import FORMAT_ADVICE, header_of_part, joined_texts
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile
 from oilfilm.logs.text_rows import TextTable, encoding_of, normalised
@@ -27,6 +27,8 @@ _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
 _BETWEEN_STATEMENTS = re.compile(r";|,(?!\d)|(?<!\d),")
 # The line `Separator` is near the top.
 _LETTERS_SEARCHED = 4000
+# NumPy reads nine decimals of a second, and LabVIEW writes up to twenty.
+_LETTERS_OF_CLOCK_TIME = len("16:29:04.819098472")
 # Key of a header line, as `plain_key` makes it -> the cells behind it.
 CellsOfKey = dict[str, list[str]]
 
@@ -148,7 +150,9 @@ def _table(
         reason = f"the segment has no line `{_X_COLUMN}` with the names of its channels"
         problem = Refusal("columns", reason, FORMAT_ADVICE)
     return LoggedTable(
-        header_of_part(dict(_header_items(file_header)), dict(_header_items(segment_header))),
+        header_of_part(
+            joined_texts(_header_items(file_header)), joined_texts(_header_items(segment_header))
+        ),
         names,
         units,
         text_table.numbers,
@@ -252,13 +256,16 @@ def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, f
         index for index, name in enumerate(names) if name not in (_X_COLUMN, _COMMENT)
     ]
     dates = header.get("date", [])[: len(channel_columns)]
-    clock_times = header.get("time", [])[: len(channel_columns)]
+    clock_times = [
+        clock_time[:_LETTERS_OF_CLOCK_TIME]
+        for clock_time in header.get("time", [])[: len(channel_columns)]
+    ]
     is_absolute = _first_cell(header, "time_pref", "Relative").lower() == "absolute"
     if is_absolute or not len(dates) == len(clock_times) == len(channel_columns):
         return {}
     try:
         starts = [
-            np.datetime64(f"{date.replace('/', '-')}T{clock_time.replace(',', '.')}", "ns")
+            np.datetime64(f"{date}T{clock_time}".replace("/", "-").replace(",", "."), "ns")
             for date, clock_time in zip(dates, clock_times, strict=True)
         ]
     except ValueError:

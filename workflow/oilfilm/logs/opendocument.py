@@ -9,6 +9,7 @@ Source: OASIS, OpenDocument 1.3, part 3, 9 (tables) and 19.385 (types of values)
 import io
 import zipfile
 from datetime import datetime
+from typing import NamedTuple
 from xml.parsers import expat
 
 import pandas as pd
@@ -20,6 +21,7 @@ from oilfilm.logs.workbook import (
     MOST_CELLS,
     MOST_UNPACKED_BYTES,
     PercentColumns,
+    SheetText,
     ValueAndPercent,
     check_letter_count,
     chunks_of,
@@ -48,19 +50,20 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     return tables_of_sheets(sheet_texts(content), vocabulary)
 
 
-def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
-    """Title and text of each sheet with a cell, as tab-separated UTF-8.
+def sheet_texts(content: bytes) -> list[SheetText]:
+    """Each sheet with a cell as a text.
 
     Raises:
         ValueError: The spreadsheet is too large, or is encrypted.
         Exception: Any error that the libraries raise for a damaged file.
     """
-    text_of_sheets: list[tuple[str, bytes]] = []
-    for title, lines in sheet_lines(content):
-        filled_lines = [line for line in lines if line]
+    texts: list[SheetText] = []
+    for sheet in _sheets(content):
+        filled_lines = [line for line in sheet.lines if line]
         if filled_lines:
-            text_of_sheets.append((title, tab_separated_bytes(filled_lines)))
-    return text_of_sheets
+            text = tab_separated_bytes(filled_lines)
+            texts.append(SheetText(sheet.title, text, sheet.percent_columns.of_fractions))
+    return texts
 
 
 def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
@@ -72,6 +75,19 @@ def sheet_lines(content: bytes) -> list[tuple[str, list[str]]]:
         ValueError: The spreadsheet is too large, or is encrypted.
         Exception: Any error that the libraries raise for a damaged file.
     """
+    return [(sheet.title, sheet.lines) for sheet in _sheets(content)]
+
+
+class _Sheet(NamedTuple):
+    """A sheet that was read to its end: its title, its lines and its columns in percent."""
+
+    title: str
+    lines: list[str]
+    percent_columns: PercentColumns
+
+
+def _sheets(content: bytes) -> list[_Sheet]:
+    """The sheets of a spreadsheet, as `sheet_lines`."""
     sheet_parser = _SheetParser()
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         member = archive.getinfo("content.xml")
@@ -91,11 +107,11 @@ class _SheetParser:
     """The sheets of a document while its XML is read.
 
     Attributes:
-        finished_sheets: Title and lines of each sheet that was read to its end.
+        finished_sheets: Each sheet that was read to its end.
     """
 
     def __init__(self) -> None:
-        self.finished_sheets: list[tuple[str, list[str]]] = []
+        self.finished_sheets: list[_Sheet] = []
         self.parser = expat.ParserCreate(namespace_separator=" ")
         self.parser.buffer_text = True
         self.parser.StartElementHandler = self._start_element
@@ -150,7 +166,7 @@ class _SheetParser:
         elif tag == _TABLE_NAMESPACE + "table-row":
             self._end_row()
         elif tag == _TABLE_NAMESPACE + "table":
-            self.finished_sheets.append((self._title, self._lines))
+            self.finished_sheets.append(_Sheet(self._title, self._lines, self._percent_columns))
 
     def _add_text(self, text: str) -> None:
         if self._is_in_paragraph and not self._annotation_depth:

@@ -12,6 +12,7 @@ import pyarrow.parquet as parquet
 from oilfilm.base.plain_key import plain_key
 from oilfilm.logs.base import COPY_AGAIN_ADVICE, NO_DIALECT, UnreadableLogError, check_row_count
 from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
+from oilfilm.logs.header import joined_texts
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts
 
@@ -103,8 +104,9 @@ def _unpacked_byte_count(metadata: parquet.FileMetaData, name: str) -> int:
 
 def _unit(field: arrow.Field) -> str:
     """The unit in the metadata of a column; instants and durations are converted to s."""
-    unit = (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace").strip()
-    return unit or ("s" if _is_time(field.type) else "")
+    if _is_time(field.type):
+        return "s"
+    return (field.metadata or {}).get(b"unit", b"").decode("utf-8", "replace").strip()
 
 
 def _is_time(data_type: arrow.DataType) -> bool:
@@ -139,4 +141,4 @@ def _text_of_header_key(metadata: Mapping[bytes, bytes]) -> dict[str, str]:
     for name, value in metadata.items():
         if name not in _TECHNICAL_KEYS:
             texts[name.decode("utf-8", "replace")] = value.decode("utf-8", "replace").strip()
-    return {plain_key(name): text for name, text in texts.items()}
+    return joined_texts((plain_key(name), text) for name, text in texts.items())

@@ -6,6 +6,7 @@ finds the runs within a table, for every format.
 Decides: which rows of a table are a run.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
@@ -192,9 +193,11 @@ def _names_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
 
 def _has_decimals(text: str) -> bool:
     try:
-        return not base.parse_decimal(text).is_integer()
-    except (ValueError, OverflowError):
+        number = base.parse_decimal(text)
+    except ValueError:
         return False
+    # `nan` is the label of a run that has none
+    return math.isfinite(number) and not number.is_integer()
 
 
 def _is_sweep_in_each_step(

@@ -426,7 +426,11 @@ def _held_level(set_point_key: str, values: FloatArray) -> float:
     low, median, high = np.quantile(readings, (0.1, 0.5, 0.9))
     if set_point_key == "inlet_temperature_c":
         return round(float(median), 1) if high - low <= _LARGEST_LEVEL_SPREAD_C else np.nan
-    return float(f"{median:.3g}") if high - low <= _LARGEST_LEVEL_SPREAD * median else np.nan
+    # a contact without load or speed is at no set point
+    is_held = base.is_in_set_point_range(set_point_key, median) and (
+        high - low <= _LARGEST_LEVEL_SPREAD * median
+    )
+    return float(f"{median:.3g}") if is_held else np.nan
 
 
 def _surface_speeds(

@@ -19,7 +19,7 @@ from oilfilm.logs.base import (
     distinct_names,
 )
 from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
-from oilfilm.logs.header import header_of_part
+from oilfilm.logs.header import header_of_part, joined_texts
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
@@ -186,7 +186,7 @@ def _table(
             interval_s = float(channels[column_index].properties["wf_increment"])
             clock_of_column[column_index] = Clock(start_s, interval_s, "s")
     text_of_file_key, keys_of_group = (
-        {plain_key(name): text_of_value(value) for name, value in properties.items()}
+        joined_texts((plain_key(name), text_of_value(value)) for name, value in properties.items())
         for properties in (file_properties, group.properties)
     )
     return LoggedTable(

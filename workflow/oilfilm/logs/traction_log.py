@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from oilfilm import tables
-from oilfilm.base.units import PA_PER_GPA, FloatArray, IndexArray, rpm_to_surface_speed
+from oilfilm.base.units import PA_PER_GPA, FloatArray, IndexArray, conversion, rpm_to_surface_speed
 from oilfilm.logs import base, header
 from oilfilm.logs.log_schema import (
     HeaderProblems,
@@ -226,7 +226,9 @@ def _slip_unit_refusal(
 ) -> base.Refusal | None:
     """A refusal if the only slip of a log, in %, is so small that it may be a fraction."""
     column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
-    if column is None or column.is_spare or column.logged_unit != "%" or len(log.row_numbers) == 0:
+    if column is None or column.is_spare or len(log.row_numbers) == 0:
+        return None
+    if column.conversion != conversion("%", (column.conversion.unit,)):
         return None
     largest_slip = float(np.max(np.abs(values_of_quantity["slide_roll_ratio"])))
     if not 0 < largest_slip < _SMALLEST_SWEEP:

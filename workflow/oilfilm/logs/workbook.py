@@ -12,8 +12,9 @@ import re
 import zipfile
 from collections.abc import Iterable, Iterator, Mapping, Sequence, Set
 from contextlib import closing, suppress
+from dataclasses import replace
 from functools import lru_cache
-from typing import IO, Any
+from typing import IO, Any, NamedTuple
 from xml.parsers import expat
 
 from oilfilm.logs import base, delimited_text
@@ -46,6 +47,21 @@ _NUMBER_ALONE = re.compile(r"(?<!\S)\d+([.,]\d+)?(?!\S)")
 _TEXTS_OF_FORMAT = re.compile(r'"[^"]*"|[\\_*].|\[[^\]]*\]')
 
 
+class SheetText(NamedTuple):
+    """A sheet as the text log that it would be.
+
+    Attributes:
+        title: Title of the sheet.
+        text: Tab-separated UTF-8.
+        fraction_columns: Indices of the columns that the sheet shows in percent, and whose numbers
+            are fractions in the text.
+    """
+
+    title: str
+    text: bytes
+    fraction_columns: Set[int] = frozenset()
+
+
 def recognises(first_bytes: bytes) -> bool:
     """True for a zip archive with the parts of an Office document."""
     return first_bytes.startswith(ZIP_SIGNATURE) and any(
@@ -58,11 +74,11 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     return tables_of_sheets(sheet_texts(content), vocabulary)
 
 
-def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary) -> TablesOfFile:
+def tables_of_sheets(sheets: Iterable[SheetText], vocabulary: Vocabulary) -> TablesOfFile:
     """The tables of the sheets of a workbook; a sheet without a table is named in a note.
 
     Args:
-        sheets: Title and tab-separated text of each sheet.
+        sheets: The sheets as texts.
         vocabulary: The names that are known, with their quantities and units.
 
     Raises:
@@ -72,7 +88,7 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
     titles: list[str] = []
     titles_not_read: list[str] = []
     first_error: UnreadableLogError | None = None
-    for title, text in sheets:
+    for title, text, fraction_columns in sheets:
         try:
             _, tables_of_sheet = delimited_text.tables(text, vocabulary)
         except UnreadableLogError as error:
@@ -80,7 +96,7 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
             first_error = first_error or error
             continue
         for table in tables_of_sheet:
-            logged_tables.append(table)
+            logged_tables.append(with_units_of_fractions(table, fraction_columns))
             titles.append(f"{title} {table.run_name}".strip())
     if not logged_tables:
         raise first_error or UnreadableLogError(
@@ -101,8 +117,18 @@ def tables_of_sheets(sheets: Iterable[tuple[str, bytes]], vocabulary: Vocabulary
     ]
 
 
-def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
-    """Title and text of each sheet with a cell, as tab-separated UTF-8.
+def with_units_of_fractions(table: LoggedTable, fraction_columns: Set[int]) -> LoggedTable:
+    """The table with the unit 1 beside fractions without a unit: their cells look like percent."""
+    units = list(table.units)
+    for index in fraction_columns:
+        # another table of the sheet may have a percent sign there
+        if index < len(units) and not units[index] and "%" not in table.names[index]:
+            units[index] = "1"
+    return replace(table, units=units)
+
+
+def sheet_texts(content: bytes) -> list[SheetText]:
+    """Each sheet with a cell as a text.
 
     Raises:
         ValueError: The workbook is too large.
@@ -111,7 +137,7 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
     # imported where needed: few logs are workbooks
     import openpyxl  # noqa: PLC0415
 
-    texts: list[tuple[str, bytes]] = []
+    texts: list[SheetText] = []
     letter_count = 0
     with closing(
         openpyxl.load_workbook(checked_workbook(content), read_only=True, data_only=True)
@@ -131,7 +157,9 @@ def sheet_texts(content: bytes) -> list[tuple[str, bytes]]:
                 # many cells may share one long text
                 check_letter_count(letter_count)
             if lines:
-                texts.append((sheet.title, tab_separated_bytes(lines)))
+                texts.append(
+                    SheetText(sheet.title, tab_separated_bytes(lines), percent_columns.of_fractions)
+                )
     return texts
 
 
@@ -182,10 +210,12 @@ class PercentColumns:
 
     Attributes:
         in_percent: Indices of these columns at the last row that was added.
+        of_fractions: Indices of other columns that the sheet shows in percent, in any row.
     """
 
     def __init__(self) -> None:
         self.in_percent: Set[int] = frozenset()
+        self.of_fractions: Set[int] = frozenset()
         # columns with numbers below the last names
         self._number_columns: Set[int] = frozenset()
         # texts by column, of the rows of texts since the last row of numbers
@@ -211,6 +241,8 @@ class PercentColumns:
             self.in_percent = _marked_columns(self._text_rows[index_of_names:])
             self._number_columns = frozenset()
         self._number_columns |= number_columns
+        shown_in_percent = {index for index in number_columns if cells[index][1]}
+        self.of_fractions |= shown_in_percent - self.in_percent
         self._text_rows = []
 
     def _index_of_names(self, number_columns: Set[int]) -> int | None:
