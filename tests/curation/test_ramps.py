@@ -242,6 +242,26 @@ def test_any_slip_that_moves_ends_in_a_verdict(
         assert np.median(error) < allowed
 
 
+def test_slip_whose_late_force_comes_after_the_log_is_no_point() -> None:
+    """The slip rises by 0.0125 in a second. With a lag of 2 s no row shows mu from 0.075 on."""
+    time_s = np.arange(0.0, 13.0, 1 / 20)
+    slip = line(*ROLLING, (13, 0.1))(time_s)
+    random = np.random.default_rng(2)
+    signals = Signals(
+        np.arange(len(time_s)),
+        time_s,
+        {
+            "slide_roll_ratio": slip,
+            "load_n": np.full(len(time_s), 80.0),
+            "traction_force_n": 80.0 * mu(slip) + 0.004 * random.standard_normal(len(time_s)),
+        },
+    )
+    points = ramps.ramp_points(signals, (0.0, 2.0), 1, smallest_slip=0.004, spike_threshold=8.0)
+    assert points is not None
+    assert len(points.slip) >= ramps.FEWEST_RAMP_POINTS
+    assert points.mu_se.max() < mu(slip).max()
+
+
 @pytest.mark.parametrize(("relative_error", "rule"), [(0.09, "slip_ramps"), (0.03, None)])
 def test_ramp_of_small_slips_is_judged_by_its_error_too(
     relative_error: float, rule: str | None
