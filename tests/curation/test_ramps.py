@@ -244,7 +244,7 @@ def test_any_slip_that_moves_ends_in_a_verdict(
 
 def test_slip_whose_late_force_comes_after_the_log_is_no_point() -> None:
     """The slip rises by 0.0125 in a second. With a lag of 2 s no row shows mu from 0.075 on."""
-    time_s = np.arange(0.0, 13.0, 1 / 20)
+    time_s = np.arange(0.0, 13.0, 1 / 10)
     slip = line(*ROLLING, (13, 0.1))(time_s)
     random = np.random.default_rng(2)
     signals = Signals(
