@@ -153,8 +153,9 @@ class TractionRig(RigKind):
 
     @property
     def planned_slips(self) -> Sequence[float]:
-        """The planned slips; empty where none are planned."""
-        return self.settings.campaign.set_points.slide_roll_ratio or ()
+        """Sizes of the planned slips; empty where none are planned."""
+        # points of both directions of slip have positive slips
+        return [abs(slip) for slip in self.settings.campaign.set_points.slide_roll_ratio or ()]
 
     @staticmethod
     def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
