@@ -118,6 +118,18 @@ def test_gate_acts_at_its_limit(config: Settings, change: dict[str, Any], gate: 
     assert failed[failed].index.tolist() == ([gate] if gate else [])
 
 
+@pytest.mark.parametrize("slip", [0.05, 0.2])
+def test_one_slip_that_is_read_again_and_again_has_the_set_speed(
+    config: Settings, slip: float
+) -> None:
+    """The slower body scatters least: its speed, off by half of the slip, seems the held one."""
+    speed_m_s = [29.98, 29.99, 30.0, 30.01, 30.02]
+    points = pd.DataFrame([GOOD_POINT] * 5).assign(
+        slide_roll_ratio=slip, entrainment_speed_m_s=speed_m_s
+    )
+    assert not judge_plateaus(points, TractionRig(config))["speed_off_nominal"].any()
+
+
 def test_wrong_fringe_orders_leave_the_power_law_of_the_other_films(config: Settings) -> None:
     speed = np.geomspace(0.05, 3.0, 24)
     film = 0.03 * speed**0.67

@@ -6,6 +6,7 @@ import pytest
 
 from bad_logs import CONFIG, Columns, csv, good
 from oilfilm.curation.curate import CuratedTables, collect, curate_logs
+from oilfilm.curation.measure import measure_run
 from oilfilm.curation.plateau_gates import PLATEAU_GATES, sentence_of
 from oilfilm.curation.traction_rig import TractionRig
 
@@ -187,6 +188,25 @@ def test_slow_log_has_its_zero_in_as_many_rows_as_it_needs(interval_s: float) ->
     assert curated.points["accepted"].sum() >= len(SLIPS)
 
 
+def test_level_of_a_slow_log_that_ends_before_it_settles_has_no_duration() -> None:
+    """3 rows of each level are cut off: nothing is left of 3 rows, and 3 of the last level's 6."""
+    settings = CONFIG.with_changes({"curation": {"plateaus": {"settle_s": 30.0}}})
+    slip = np.repeat([0.0, 0.02, 0.05, 0.08, 0.12, 0.2, 0.0], [24, 3, 3, 3, 3, 6, 24])
+    rows = np.arange(len(slip))
+    samples = {
+        **dict.fromkeys(("load_n", "inlet_temperature_c"), np.full(len(slip), 80.0)),
+        "row": rows,
+        "time_s": 10.0 * rows,
+        "traction_force_n": 80.0 * curve(slip),
+        "ball_speed_m_s": 30 * (1 - slip / 2),
+        "disc_speed_m_s": 30 * (1 + slip / 2),
+    }
+    signals = TractionRig.make_signals(samples, "", settings)
+    plateaus = measure_run(signals, TractionRig(settings), "").plateaus
+    is_sliding = plateaus["slide_roll_ratio"] > 0.01
+    assert plateaus["duration_s"][is_sliding].tolist() == [0.0, 0.0, 0.0, 0.0, 30.0]
+
+
 @pytest.mark.parametrize("body", ["faster", "slower"])
 def test_speed_of_one_body_may_be_the_one_that_is_held(body: str) -> None:
     values = good((0.0, *SLIPS, 0.0))
@@ -348,6 +368,9 @@ def test_largest_slip_names_the_limit_that_lets_it_pass() -> None:
     (slip_gate,) = (gate for gate in PLATEAU_GATES if gate.name == "slip_out_of_range")
     # rounded up: a limit of 0.42 may refuse half of the readings of 0.42
     assert "gates.slide_roll_ratio_max of 0.43" in sentence_of(slip_gate, beyond, rig)
+    # no limit may be above 2, and slips in percent need another unit
+    in_percent = beyond.assign(slide_roll_ratio=100 * beyond["slide_roll_ratio"])
+    assert "slide_roll_ratio_max" not in sentence_of(slip_gate, in_percent, rig)
 
 
 # the reader parts changes of 8 % and more (`set_point_changes.py`)

@@ -13,7 +13,8 @@ from campaigns import rig_contact
 from nights import examples, nightly, quick_ones
 from oilfilm.curation import ramps
 from oilfilm.curation.curate import CuratedTables, curate_logs
-from oilfilm.curation.rig_kind import Signals
+from oilfilm.curation.rig_kind import ForceLag, Signals
+from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.physics.contact import load_for_max_hertz_pressure
 from oilfilm.settings.resolved import Settings
 
@@ -239,6 +240,46 @@ def test_any_slip_that_moves_ends_in_a_verdict(
         error = np.abs(points["traction_coefficient"].to_numpy() - true)
         allowed = 5 * points["traction_coefficient_se"].to_numpy().max() + 0.03 * true.max()
         assert np.median(error) < allowed
+
+
+def test_slip_whose_late_force_comes_after_the_log_is_no_point() -> None:
+    """The slip rises by 0.0125 in a second. With a lag of 2 s no row shows mu from 0.075 on."""
+    time_s = np.arange(0.0, 13.0, 1 / 10)
+    slip = line(*ROLLING, (13, 0.1))(time_s)
+    random = np.random.default_rng(2)
+    signals = Signals(
+        np.arange(len(time_s)),
+        time_s,
+        {
+            "slide_roll_ratio": slip,
+            "load_n": np.full(len(time_s), 80.0),
+            "traction_force_n": 80.0 * mu(slip) + 0.004 * random.standard_normal(len(time_s)),
+        },
+    )
+    points = ramps.ramp_points(signals, (0.0, 2.0), 1, smallest_slip=0.004, spike_threshold=8.0)
+    assert points is not None
+    assert len(points.slip) >= ramps.FEWEST_RAMP_POINTS
+    assert points.mu_se.max() < mu(slip).max()
+
+
+@pytest.mark.parametrize(("relative_error", "rule"), [(0.09, "slip_ramps"), (0.03, None)])
+def test_ramp_of_small_slips_is_judged_by_its_error_too(
+    relative_error: float, rule: str | None
+) -> None:
+    slip = np.array([0.006, 0.008, 0.011, 0.015, 0.019])
+    points = ramps.RampPoints(
+        slip=slip,
+        mu=mu(slip),
+        mu_se=relative_error * mu(slip),
+        starts=np.arange(5),
+        stops=np.arange(1, 6),
+        spike_counts=np.zeros(5, dtype=np.int64),
+        lag=ForceLag(1.0, 0.6, is_seen=False, tried_range_s=(0.0, 2.0)),
+        drift_n=0.0,
+    )
+    assert slip.max() < CONFIG.gates.sign_slip_min
+    refusal = TractionRig(CONFIG)._ramp_refusal(points)
+    assert (refusal and refusal.rule) == rule
 
 
 @pytest.mark.parametrize("zero_term_count", quick_ones([0, 2], [2]))

@@ -15,7 +15,12 @@ RIG = load(ROOT / "config/rigs/ball-on-disc-20mm.yaml", Rig)
 
 
 def warned(
-    load_n: float, lowest_slip: float, data: str = "measured", rig: Rig = RIG, step: float = 1.0
+    load_n: float,
+    lowest_slip: float,
+    data: str = "measured",
+    rig: Rig = RIG,
+    step: float = 1.0,
+    noise: float = 0.0,
 ) -> list:
     """Warnings about two runs with a flat mu, one of which begins at ten times the slip.
 
@@ -25,12 +30,14 @@ def warned(
         data: Whether the data are measured or simulated.
         rig: The rig of both runs.
         step: Distance of the slips of a run, over the lowest one.
+        noise: Noise of mu, relative; its sign changes from slip to slip.
     """
     frames = []
     for run_id, first in (("low.csv", lowest_slip), ("high.csv", 10 * lowest_slip)):
         slip = first * (1 + step * np.arange(5))
         columns = {"run_id": run_id, "slide_roll_ratio": slip, "load_n": load_n}
-        frames.append(pd.DataFrame(columns | {"traction_coefficient": 0.03, "accepted": True}))
+        mu = 0.03 * (1 + noise * np.array([1, -1, 1, -1, 1]))
+        frames.append(pd.DataFrame(columns | {"traction_coefficient": mu, "accepted": True}))
     settings = SimpleNamespace(rigs={"rig": rig}, campaign=SimpleNamespace(data=data))
     rigs = pd.Series({"low.csv": "rig", "high.csv": "rig"})
     return list(spin_warnings(frames, rigs, settings))
@@ -60,8 +67,9 @@ def test_high_slip_light_load_and_unknown_rigs_are_not():
     assert warned(142.0, 0.005, data="simulated") == []
 
 
-def test_a_run_with_few_points_at_low_slip_is_judged_by_a_flat_mu():
-    # one point alone is near the lowest slip: e^2/(10 S^2) at S = 0.012
-    ((run_id, sentence),) = warned(142.0, 0.012, step=6.0)
+@pytest.mark.parametrize("step", [6.0, 1e-3, 0.0])
+def test_a_run_with_few_slips_near_its_lowest_is_judged_by_a_flat_mu(step):
+    # one level alone is near the lowest slip: e^2/(10 S^2) at S = 0.012
+    ((run_id, sentence),) = warned(142.0, 0.012, step=step, noise=0.002)
     assert run_id == "low.csv"
     assert "2.0%" in sentence

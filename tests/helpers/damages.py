@@ -209,8 +209,9 @@ DAMAGES = {
     ),
 }
 
-# Slips that are planned, and one plateau of a traction rig that every gate then accepts.
-PLANNED_SLIPS = [0.05, 0.15, 0.32]
+# Slips that are planned, and one plateau of a traction rig that every gate then accepts. A plateau
+# of the other direction of slip has a positive slip.
+PLANNED_SLIPS = [-0.05, 0.15, 0.32]
 GOOD_POINT = {
     **dict.fromkeys(("slip_change", "traction_change", "slip_transient"), 0.0),
     **dict.fromkeys(("traction_transient", "load_change", "temperature_change_c"), 0.0),

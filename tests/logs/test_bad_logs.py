@@ -219,6 +219,8 @@ RIG = "ball-on-disc-20mm"
     [
         ({}, ""),
         ({"full_scale": {"load_n": 4}}, "load_n goes up to 82.1"),
+        # of the disc at a slip of 0.2 and a mean speed of 30 m/s
+        ({"full_scale": {"surface_speed_m_s": 32}}, "surface_speed_m_s goes up to 33"),
         ({"ball": {"youngs_modulus_pa": 20.6e9}}, "ball: youngs_modulus_pa is 2.06e+10"),
         ({"ball_radius_m": 0.1}, "ball_radius_m is 0.1;"),
     ],

@@ -254,8 +254,10 @@ def test_exponential_law_is_the_power_law_next_to_the_reference_temperature() ->
         exponential.magnitudes(internal, exponential.design(near)), magnitudes, rtol=2e-6
     )
     np.testing.assert_allclose(exponential.design(cold)[0, 3], -3.0)
-    with pytest.raises(NoValueError, match="above zero"):
+    with pytest.raises(NoValueError, match="needs inlet_temperature_c above zero"):
         power.design(cold)
+    with pytest.raises(NoValueError, match="needs entrainment_speed_m_s above zero"):
+        exponential.design(np.array([1.2, 0.0, -40.0]))
 
 
 def test_group_of_the_rational_law_is_the_viscosity_of_the_oil() -> None:

@@ -57,13 +57,18 @@ from oilfilm.tables.set_points import NOMINAL_COLUMNS, with_matched_set_points
 _LAST_PLATEAUS_LOOKED_UP = 3
 # Probability that some run is taken for a copy in a campaign without copies.
 _CHANCE_OF_A_FALSE_COPY = 1e-3
-# Column of the points -> key of `full_scale` in the rig's file.
-_FULL_SCALE_KEY_OF_COLUMN = {
+# Reading of a sensor -> key of `full_scale` in the rig's file.
+_FULL_SCALE_KEY_OF_READING = {
     "load_n": "load_n",
     "traction_force_n": "traction_force_n",
-    "entrainment_speed_m_s": "surface_speed_m_s",
+    "surface_speed_m_s": "surface_speed_m_s",
     "inlet_temperature_c": "temperature_c",
 }
+# Columns of the points that have these readings.
+_SENSOR_COLUMNS = (
+    *("load_n", "traction_force_n", "inlet_temperature_c"),
+    *("entrainment_speed_m_s", "slide_roll_ratio"),
+)
 # Two measured slips of one set slip differ by less than this ratio.
 _SAME_SLIP_RATIO = 1.02
 # Columns of the points in which a copy repeats the noise of its original.
@@ -501,9 +506,7 @@ def with_campaign_warnings(
         _channel_warnings(
             points_of_accepted_runs("load_n", "inlet_temperature_c"), accepted_runs, settings.gates
         ),
-        _rig_warnings(
-            points_of_accepted_runs(*_FULL_SCALE_KEY_OF_COLUMN), accepted_runs["rig"], settings
-        ),
+        _rig_warnings(points_of_accepted_runs(*_SENSOR_COLUMNS), accepted_runs["rig"], settings),
         spin_warnings(
             points_of_accepted_runs("accepted", *_MEAN_COLUMNS, "load_n"),
             accepted_runs["rig"],
@@ -533,9 +536,8 @@ def _rig_warnings(
         rig_name_of_run: Name of the rig of each run, by the id of the run.
         settings: The rigs.
     """
-    columns = list(_FULL_SCALE_KEY_OF_COLUMN)
     largest_in_parts = [
-        points[columns].abs().groupby(points["run_id"]).max() for points in points_in_parts
+        _sensor_readings(points).abs().groupby(points["run_id"]).max() for points in points_in_parts
     ]
     # the rows of a run may be in two parts
     largest_readings = pd.concat(largest_in_parts).groupby(level=0).max()
@@ -550,7 +552,7 @@ def _rig_warnings(
                 yield str(run_id), f"unusual_rig: {doubt}; {advice}"
         if rig.full_scale is None:
             continue
-        for column, key in _FULL_SCALE_KEY_OF_COLUMN.items():
+        for column, key in _FULL_SCALE_KEY_OF_READING.items():
             full_scale = getattr(rig.full_scale, key)
             largest_readings_of_column = readings_of_rig[column]
             for run_id, largest_reading in largest_readings_of_column[
@@ -560,6 +562,12 @@ def _rig_warnings(
                     column=column, largest=largest_reading, full_scale=full_scale, key=key
                 )
                 yield str(run_id), f"{sentence_named('full_scale', **fields)}; {advice}"
+
+
+def _sensor_readings(points: pd.DataFrame) -> pd.DataFrame:
+    """Readings of the sensors of a rig, one row per point; of both bodies the faster one."""
+    faster_m_s = controlled_speeds(points)["speed of the faster body"]
+    return points.assign(surface_speed_m_s=faster_m_s)[list(_FULL_SCALE_KEY_OF_READING)]
 
 
 def _oil_warnings(oil_name_of_run: "pd.Series[str]", settings: Settings) -> Iterator[RunWarning]:

@@ -108,7 +108,8 @@ def _levels_without_phases(
 ) -> tuple[IndexArray, IndexArray]:
     """Starts and stops of the levels without the phases that gave the zero.
 
-    The rest of such a level is a plateau if it is long enough.
+    The rest of such a level is a plateau if it is long enough. A level that ended before it settled
+    has no settled part: it stops at its start, or before.
     """
     interval_s = division.signals.interval_s
     starts, stops = division.level_starts, division.level_stops
@@ -121,15 +122,16 @@ def _levels_without_phases(
         stops = stops[is_kept]
     if len(division.signals) == 0:
         return starts[:0], stops[:0]
-    # a level that ended before it settled becomes a plateau of its last row, which a gate refuses
-    stops = np.maximum(stops, 1)
-    return np.minimum(starts, stops - 1), stops
+    return starts, stops
 
 
 def average_plateaus(
     signals: Signals, starts: IndexArray, stops: IndexArray, rig_kind: RigKind
 ) -> ColumnArrays:
     """Means over plateaus without spikes of the sensor, with errors, changes and transients.
+
+    A level without a settled part is a plateau of one row with a duration of 0, which a gate
+    refuses.
 
     Args:
         signals: The run.
@@ -138,6 +140,9 @@ def average_plateaus(
         rig_kind: The kind of rig, with its settings.
     """
     settings = rig_kind.settings.curation
+    settled_rows = np.maximum(stops - starts, 0)
+    stops = np.maximum(stops, 1)
+    starts = np.minimum(starts, stops - 1)
     stretches = Stretches(starts, stops)
     sensor = signals[rig_kind.sensor.column]
     is_spike = stretches.spikes(stretches.cut(sensor), settings.spikes.threshold)
@@ -150,7 +155,7 @@ def average_plateaus(
         "last_row": signals.row_numbers[stops - 1],
         "n_samples": stretches.counts(is_used) // rows_per_reading,
         "n_spikes": stretches.counts(is_spike) // rows_per_reading,
-        "duration_s": (stops - starts) * signals.interval_s,
+        "duration_s": settled_rows * signals.interval_s,
         "time_s": stretches.means(stretches.cut(signals.time_s), is_used),
     }
     # one signal at a time: the memory of a long log must not grow with the number of signals

@@ -355,7 +355,7 @@ def ramp_points(
     smallest_slip: float,
     spike_threshold: float,
 ) -> RampPoints | None:
-    """Traction coefficients at points of a ramp. None if it resolves too few slips.
+    """Traction coefficients at points of a ramp. None if too few are resolved and known.
 
     Args:
         signals: Its samples, rolling included, one after the other.
@@ -391,14 +391,17 @@ def ramp_points(
     signs = np.array(
         [np.sign(median(ramp.slip[ramp.branch_of_row == branch])) for branch in branch_of_point]
     )
-    has_rows = stops > starts
-    starts = starts[has_rows] * ramp.samples_per_row
-    stops = stops[has_rows] * ramp.samples_per_row
+    # where the log ends before the late force of a slip is logged, mu may have any size
+    is_known = (stops > starts) & (mu_se < np.abs(mu).max())
+    if np.count_nonzero(is_known) < FEWEST_RAMP_POINTS:
+        return None
+    starts = starts[is_known] * ramp.samples_per_row
+    stops = stops[is_known] * ramp.samples_per_row
     stretches = Stretches(starts, stops)
     return RampPoints(
-        slip=(signs * point_slip_sizes)[has_rows],
-        mu=(signs * mu)[has_rows],
-        mu_se=np.hypot(mu_se, _RELATIVE_CURVE_ERROR * mu)[has_rows],
+        slip=(signs * point_slip_sizes)[is_known],
+        mu=(signs * mu)[is_known],
+        mu_se=np.hypot(mu_se, _RELATIVE_CURVE_ERROR * mu)[is_known],
         starts=starts,
         stops=stops,
         spike_counts=stretches.counts(stretches.cut(is_spike.astype(float)) > 0),

@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from oilfilm.base.ties import exceeds
 from oilfilm.base.units import FloatArray
 from oilfilm.curation.gate import sentence_named
 from oilfilm.physics.contact import Contact, contact_radius
@@ -20,7 +21,9 @@ _LEAST_SLIDING_SLIP = 0.002
 # Derivatives at the lowest slip are those of a curve through the points up to so many times that
 # slip.
 _NEAR_SLIP_RATIO = 4.0
-_FEWEST_NEAR_POINTS = 3
+_FEWEST_NEAR_LEVELS = 3
+# Largest ratio of slips that belong to one level: readings of one slip show no derivative.
+_SAME_LEVEL_RATIO = 1.1
 # Correction above which a rig is warned about, over mu.
 _LARGEST_RELATIVE_CORRECTION = 0.01
 
@@ -86,7 +89,7 @@ class _SpinOfRun(NamedTuple):
         lowest_slip: Lowest slide-roll ratio of its points.
         slip_at_edge: Slide-roll ratio that spin makes at the edge of the contact.
         correction: What mu lacks at the lowest slip, relative. NaN where the formula does not hold,
-            and where few or nearly equal slips are near the lowest one.
+            and where few levels of slip are near the lowest one.
         lacking_share: The same; where it is not known, what mu would lack if it were flat.
     """
 
@@ -117,23 +120,28 @@ def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: fl
 
 
 def _relative_correction(slip: FloatArray, mu: FloatArray, slip_at_edge: float) -> FloatArray:
-    """Correction at the lowest slip; NaN where few slips are near it or the formula fails.
+    """Correction at the lowest slip; NaN where few levels are near it or the formula fails.
 
     The logarithm of mu is taken as a polynomial in that of the slip.
     """
     is_near = slip <= _NEAR_SLIP_RATIO * slip[0]
-    if is_near.sum() < _FEWEST_NEAR_POINTS:
+    level_count = _level_count(slip[is_near])
+    if level_count < _FEWEST_NEAR_LEVELS:
         return np.asarray(np.nan)
-    degree = 2 if is_near.sum() > _FEWEST_NEAR_POINTS else 1
-    coefficients, _, rank, _, _ = np.polyfit(
-        np.log(slip[is_near] / slip[0]), np.log(mu[is_near]), degree, full=True
-    )
-    if rank <= degree:
-        # the slips of the points are nearly equal
-        return np.asarray(np.nan)
+    degree = 2 if level_count > _FEWEST_NEAR_LEVELS else 1
+    coefficients = np.polyfit(np.log(slip[is_near] / slip[0]), np.log(mu[is_near]), degree)
     exponent = coefficients[-2]
     exponent_slope = 2 * coefficients[0] if degree == 2 else 0.0
     mu_at_lowest = np.exp(coefficients[-1])
     slope = exponent * mu_at_lowest / slip[0]
     curvature = (exponent * (exponent - 1) + exponent_slope) * mu_at_lowest / slip[0] ** 2
     return spin_correction(slip[0], mu_at_lowest, slope, curvature, slip_at_edge)
+
+
+def _level_count(rising_slip: FloatArray) -> int:
+    """Number of levels of rising slips; a level has the slips near its lowest one."""
+    level_starts = [rising_slip[0]]
+    for slip in rising_slip:
+        if exceeds(slip, _SAME_LEVEL_RATIO * level_starts[-1]):
+            level_starts.append(slip)
+    return len(level_starts)

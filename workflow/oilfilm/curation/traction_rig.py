@@ -153,8 +153,9 @@ class TractionRig(RigKind):
 
     @property
     def planned_slips(self) -> Sequence[float]:
-        """The planned slips; empty where none are planned."""
-        return self.settings.campaign.set_points.slide_roll_ratio or ()
+        """Sizes of the planned slips; empty where none are planned."""
+        # points of both directions of slip have positive slips
+        return [abs(slip) for slip in self.settings.campaign.set_points.slide_roll_ratio or ()]
 
     @staticmethod
     def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
@@ -335,8 +336,10 @@ class TractionRig(RigKind):
             fields = dict(drift=points_on_ramp.drift_n, allowed=self.zero_settings.max_drift_n)
             return refusal_by("zero_drift", sensor=self.sensor, **fields)
         # the relative error has no meaning where mu is near 0
-        is_sliding = np.abs(points_on_ramp.slip) > self.gate_limits.sign_slip_min
-        median_error = median(np.abs(points_on_ramp.mu_se / points_on_ramp.mu)[is_sliding])
+        is_judged = np.abs(points_on_ramp.slip) > self.gate_limits.sign_slip_min
+        # a ramp of small slips is judged by all its points
+        is_judged |= not is_judged.any()
+        median_error = median(np.abs(points_on_ramp.mu_se / points_on_ramp.mu)[is_judged])
         largest_error = self.settings.curation.ramps.largest_error
         if median_error > largest_error:
             explanation = (

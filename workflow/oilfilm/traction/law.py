@@ -374,11 +374,15 @@ class Law:
         terms = self.log_terms(self.group_values(condition_rows))
         if is_followed is not None:
             terms = np.where(is_followed, terms, 0.0)
-        rows_without_value = condition_rows[np.isnan(terms).any(axis=1)]
-        if len(rows_without_value):
-            values = ", ".join(f"{value:g}" for value in rows_without_value[0])
-            needed = ", ".join(self.conditions)
-            raise NoValueError(f"{self.name} needs {needed} above zero; found {values}")
+        has_no_value = np.isnan(terms)
+        if has_no_value.any():
+            first_row = int(has_no_value.any(axis=1).argmax())
+            needed = ", ".join(np.array(self.groups)[has_no_value[first_row]])
+            values = ", ".join(f"{value:g}" for value in condition_rows[first_row])
+            raise NoValueError(
+                f"{self.name} needs {needed} above zero; found {values} "
+                f"({', '.join(self.conditions)})"
+            )
         return np.column_stack([np.ones(len(terms)), terms])
 
     def magnitudes(self, internal: FloatArray, design: FloatArray) -> FloatArray:
