@@ -298,8 +298,11 @@ def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None
         prediction.to_frame(), fitted.predict(1.2, 30, 70, 0.05).to_frame()
     )
     assert (tmp_path / "june/report.html").is_file()
-    with pytest.raises(oilfilm.OilfilmError, match="exists already"):
-        fitted.save(tmp_path / "june")
+    (tmp_path / "broken").symlink_to(tmp_path / "gone")
+    messages = {"june": "exists already", "broken": "exists already", 300 * "x": "cannot be a name"}
+    for name, message in messages.items():
+        with pytest.raises(oilfilm.OilfilmError, match=message):
+            fitted.save(tmp_path / name)
 
 
 def test_a_fit_is_exported_by_the_ending_of_a_file(fitted: ArrayFit, tmp_path: Path) -> None:

@@ -122,6 +122,14 @@ def test_whole_numbers_and_lists_are_conditions_as_others_are(law: FittedLaw) ->
         assert result.distance.tolist() == expected.distance.tolist()
 
 
+@pytest.mark.parametrize("shape", [(1, 2), (3,), (2, 3)])
+def test_rows_that_are_not_those_of_the_law_are_refused(
+    law: FittedLaw, shape: tuple[int, ...]
+) -> None:
+    with pytest.raises(OilfilmError, match=r"expected \(1, 3\)"):
+        law.predict(np.full(shape, 30.0), np.array([0.05]))
+
+
 @pytest.mark.parametrize("level", [-0.5, 0, 1, 95, np.nan])
 def test_a_level_that_is_no_share_is_refused(law: FittedLaw, level: float) -> None:
     with pytest.raises(OilfilmError, match=f"level: found {level:g};"):

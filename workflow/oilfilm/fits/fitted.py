@@ -468,7 +468,8 @@ class FittedLaw:
                 one that made none of them. If not given, the next run is on one of these rigs.
 
         Raises:
-            OilfilmError: The level is not between 0 and 1.
+            OilfilmError: The level is not between 0 and 1, or a row has other conditions than those
+                of the law.
             ValueError: Nothing is known of this rig.
         """
         if not 0 < level < 1:
@@ -478,6 +479,12 @@ class FittedLaw:
         # a list has no rows, and whole numbers cannot hold a tested level
         conditions = np.asarray(conditions, dtype=float)
         slip = np.asarray(slip, dtype=float)
+        expected_shape = (slip.size, len(self.law.conditions))
+        if conditions.shape != expected_shape:
+            raise OilfilmError(
+                f"conditions: found the shape {conditions.shape}; expected {expected_shape}: one "
+                f"row per slide-roll ratio, of {', '.join(self.law.conditions)}."
+            )
         is_away = np.zeros(len(conditions), dtype=bool)
         for away_from_condition in self.off_tested_levels(conditions).values():
             is_away |= away_from_condition
