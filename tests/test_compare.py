@@ -93,6 +93,18 @@ def test_fits_of_one_temperature_below_zero_are_compared_there(folders: list[Pat
     assert comparison_conditions({"a": cold, "b": cold}, {})["inlet_temperature_c"] == -10.0
 
 
+def test_fits_are_compared_within_a_narrow_range_that_both_tested(folders: list[Path]) -> None:
+    fit = oilfilm.read_fit(folders[0], "oil")
+    fits = {}
+    for name, tested_range in {"a": (1.0, 1.2006), "b": (1.2004, 1.5)}.items():
+        box = fit.coefficients.tested_box.copy()
+        box[0] = tested_range
+        fits[name] = replace(fit, coefficients=replace(fit.coefficients, tested_box=box))
+    pressure = comparison_conditions(fits, {})["max_hertz_pressure_gpa"]
+    # three digits would be 1.2, which b was not tested at
+    assert 1.2004 <= pressure <= 1.2006
+
+
 def test_command_names_campaigns_and_marks_what_was_not_tested(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -4,6 +4,7 @@ import itertools
 import pickle
 import runpy
 from collections.abc import Callable
+from dataclasses import replace
 from inspect import signature
 from pathlib import Path
 
@@ -312,14 +313,18 @@ def test_a_plot_that_cannot_be_drawn_is_told(
 
 
 def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None:
-    fitted.save(tmp_path / "june")
-    prediction = oilfilm.read_fit(tmp_path / "june").predict_at(1.2, 30, 70, 0.05)
+    replace(fitted, oil="4102").save(tmp_path / "june")
+    # a number names an oil, too
+    prediction = oilfilm.read_fit(tmp_path / "june", 4102).predict_at(1.2, 30, 70, 0.05)
     pd.testing.assert_frame_equal(
         prediction.to_frame(), fitted.predict(1.2, 30, 70, 0.05).to_frame()
     )
     assert (tmp_path / "june/report.html").is_file()
-    with pytest.raises(oilfilm.OilfilmError, match="exists already"):
-        fitted.save(tmp_path / "june")
+    (tmp_path / "broken").symlink_to(tmp_path / "gone")
+    messages = {"june": "exists already", "broken": "exists already", 300 * "x": "cannot be a name"}
+    for name, message in messages.items():
+        with pytest.raises(oilfilm.OilfilmError, match=message):
+            fitted.save(tmp_path / name)
 
 
 def test_a_fit_is_exported_by_the_ending_of_a_file(fitted: ArrayFit, tmp_path: Path) -> None:

@@ -14,6 +14,7 @@ from oilfilm.fits.measured_curves import (
     error_variances,
     precision_by_curve,
 )
+from oilfilm.traction import LAWS
 from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
 
 NONE = Errors(0, 0, 0, 0, 0, 0)
@@ -34,6 +35,18 @@ def test_effect_is_what_a_rig_with_that_error_would_read(number: int) -> None:
         size * drawn[curves.curve_of_point] * curve_error_slopes(LAW, TRUTH, curves)[:, number]
     )
     np.testing.assert_allclose(difference, expected, atol=2e-3 * np.abs(expected).max())
+
+
+def test_an_error_of_the_temperature_counts_at_0_degc_as_near_it() -> None:
+    law = LAWS["deng-exponential"]
+    slopes = []
+    for temperature_c in (0.0, 0.1):
+        curves = curves_at([(1.25, 30.0, temperature_c)])
+        slopes_by_error = curve_error_slopes(law, TRUTH, curves).T
+        slopes.append(slopes_by_error[CURVE_ERRORS.index("inlet temperature")])
+    at_zero, near_zero = slopes
+    assert np.abs(at_zero).max() > 0
+    np.testing.assert_allclose(at_zero, near_zero, atol=0.01 * np.abs(near_zero).max())
 
 
 def test_planted_sizes_of_errors_are_found_from_residuals() -> None:

@@ -110,6 +110,32 @@ def test_arguments_broadcast(law: FittedLaw) -> None:
     np.testing.assert_allclose(result.traction_coefficient[-1], expected, rtol=1e-12, atol=1e-16)
 
 
+def test_whole_numbers_and_lists_are_conditions_as_others_are(law: FittedLaw) -> None:
+    level = FixedCondition("inlet_temperature_c", 70.4, 0.02)
+    at_level = replace(law, coefficients=replace(law.coefficients, fixed_conditions=(level,)))
+    expected = at_level.predict(np.array([[1.0, 30.0, 70.0]]), np.array([0.05]))
+    # 70 is within 2 % of 70.4
+    assert not expected.away.any()
+    for conditions in ([[1, 30, 70]], np.array([[1, 30, 70]])):
+        result = at_level.predict(conditions, [0.05])
+        assert result.traction_coefficient.tolist() == expected.traction_coefficient.tolist()
+        assert result.distance.tolist() == expected.distance.tolist()
+
+
+@pytest.mark.parametrize("shape", [(1, 2), (3,), (2, 3)])
+def test_rows_that_are_not_those_of_the_law_are_refused(
+    law: FittedLaw, shape: tuple[int, ...]
+) -> None:
+    with pytest.raises(OilfilmError, match=r"expected \(1, 3\)"):
+        law.predict(np.full(shape, 30.0), np.array([0.05]))
+
+
+@pytest.mark.parametrize("level", [-0.5, 0, 1, 95, np.nan])
+def test_a_level_that_is_no_share_is_refused(law: FittedLaw, level: float) -> None:
+    with pytest.raises(OilfilmError, match=f"level: found {level:g};"):
+        law.predict_at(1.2, 30, 70, 0.05, level)
+
+
 def test_beyond_one_range_is_outside_whatever_is_unknown_of_another(law: FittedLaw) -> None:
     box = law.coefficients.tested_box.copy()
     box[0] = np.nan

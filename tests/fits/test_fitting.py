@@ -144,6 +144,13 @@ def test_one_condition_gives_a_curve_but_no_exponents(quick: Settings) -> None:
             lambda frame: pd.concat([frame.iloc[[5]]] * 40).assign(first_row=range(40)),
             {"no_fit": "too few points", "distinct_points": 1, "points_needed": 4},
         ),
+        # the noise of a force that was read in MN: smaller than the least mu of the law
+        (
+            lambda frame: frame.head(31).assign(
+                traction_coefficient=1e-9 * (1 + frame["first_row"] % 3)
+            ),
+            {"no_fit": "all constants at bounds"},
+        ),
     ],
 )
 def test_unfit_data_end_in_a_verdict(quick: Settings, spoil: Any, reason: dict[str, Any]) -> None:
@@ -194,6 +201,9 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings
     assert two["doubts"][0] == "searches disagree"
     assert "1 of 2 searches" in certificate_sentence(two | {"no_fit": "", "fixed_conditions": ""})
     assert gradient_cosine(task, other) > gradient_cosine(task, end)
+    # errors that are not known leave a direction open; they do not make one search two
+    unknown = certificate_columns(task, [end, end], np.full_like(errors, np.nan), quick.fit)
+    assert (unknown["searches_agreeing"], unknown["doubts"]) == (2, ("flat",))
 
 
 def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campaign) -> None:

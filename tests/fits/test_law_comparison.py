@@ -139,7 +139,8 @@ def test_comparison_without_any_accepted_point_still_gives_its_tables(quick: Set
     frames = compare_laws(refused, "4050", LAW_NAMES, quick)
     obstacles = frames.fit_quality.set_index("law")["no_fit"]
     assert (obstacles != "").all()
-    assert obstacles["deng2026"] == "no points"
+    # a law that needs a condition to vary has no points either
+    assert obstacles[["deng2026", "wang-deng-critical-load"]].tolist() == ["no points"] * 2
     for name in FIT_TABLES:
         tables.conform(frames.table(name), name, name)
     figure, drawn = draw("law-errors", frames, quick)
@@ -352,6 +353,25 @@ def lines(bend: float) -> tuple[CampaignTables, float]:
         points=pd.DataFrame(at | {"traction_coefficient": mu}),
     )
     return results, errors[0]
+
+
+def test_a_law_that_was_fitted_to_other_runs_is_not_compared() -> None:
+    """A law of the load lacks a run without a load, one of the pressure a run without that."""
+    squares = {"deng2026": np.full(9, 1.0), "tanh": np.full(9, 2.0), "wang-deng-load": np.ones(9)}
+    results = compared(squares, dict.fromkeys(squares, 3))
+    lacking = {"deng2026": ("run8",), "tanh": ("run8",), "wang-deng-load": ("run7",)}
+    quality = results.fit_quality
+    law_points = results.table("law_points")
+    is_lacking = [
+        run_id in lacking[law]
+        for law, run_id in zip(law_points["law"], law_points["run_id"], strict=True)
+    ]
+    results = results.replace(
+        fit_quality=quality.assign(incomplete_curves=quality["law"].map(lacking), n_points=8),
+        law_points=law_points[~np.array(is_lacking)],
+    )
+    (row,) = tables.rows(best_laws(results, BIC_DIFFERENCE_MIN))
+    assert (row["verdict"], row["left_out_law"], row["bic_law"]) == ("best", "deng2026", "deng2026")
 
 
 def test_error_of_a_fit_is_that_of_refits_without_each_curve() -> None:

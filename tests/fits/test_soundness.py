@@ -3,7 +3,8 @@
 import itertools
 from collections.abc import Mapping
 from dataclasses import replace
-from typing import Any
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pandas as pd
@@ -19,7 +20,11 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.soundness import soundness_row
 from oilfilm.fits.soundness_sentences import smallest_visible_changes_sentence, soundness_warnings
+from oilfilm.fits.steady_campaign import MeasuredCampaign
 from oilfilm.settings.resolved import Settings
+from oilfilm.surface.effects import ErrorPriors
+from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.surface import Surface
 from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
 
 RUNS = 24
@@ -194,6 +199,20 @@ def test_no_change_is_named_where_the_settings_ask_for_more(config: Settings) ->
     strict = dict.fromkeys(("alarm", "alarm_of_groups", "alarm_of_a_run"), 1000.0)
     asked_for_more = config.with_changes({"steadiness": strict})
     assert verdict(asked_for_more, points)["campaign_verdict"] == "steady"
+
+
+def test_runs_are_in_the_order_of_no_condition_that_only_scatters() -> None:
+    """The bath warms by 1 K over the runs, less than the width of a level."""
+    random = np.random.default_rng(0)
+    pressure, speed = random.permutation(NUMBER) + 1.0, NUMBER % 3 + 1.0
+    conditions = np.column_stack([pressure, speed, NUMBER / RUNS])
+    measurements = Measurements(conditions, NUMBER, np.full(RUNS, 0.1), np.full(RUNS, 0.02))
+    run_ids = tuple(f"run{number:03d}" for number in NUMBER)
+    for temperature, expected in ((60.0, "inlet_temperature_c"), (1.0, "")):
+        warmed = replace(measurements, conditions=conditions * [1.0, 1.0, temperature])
+        surface = SimpleNamespace(measurements=warmed)
+        campaign = MeasuredCampaign(cast(Surface, surface), run_ids, ErrorPriors())
+        assert campaign.condition_like_run_order() == expected
 
 
 # `make bench NAME=steadiness` judges 300 clean campaigns

@@ -433,14 +433,26 @@ def test_column_that_is_nothing_is_left_out() -> None:
     assert PRESSURE not in points
 
 
-@pytest.mark.parametrize("unit", ["", " [-]", " [%]"])
-def test_ratio_that_the_speeds_contradict_is_refused(unit: str) -> None:
+@pytest.mark.parametrize(
+    ("name", "factor"),
+    [("SRR", 1), ("SRR [-]", 1), ("SRR [%]", 100), ("sliding speed [m/s]", TRUTH[SPEED])],
+)
+def test_ratio_that_the_speeds_contradict_is_refused(
+    name: str, factor: "float | pd.Series[float]"
+) -> None:
     table = TRUTH.rename(columns=PLAIN).drop(columns=[PLAIN[SLIP], PLAIN[SPEED]])
     table["ball speed [m/s]"] = TRUTH[SPEED] * (1 - TRUTH[SLIP] / 2)
     table["disc speed [m/s]"] = TRUTH[SPEED] * (1 + TRUTH[SLIP] / 2)
-    table[f"SRR{unit}"] = TRUTH[SLIP] / 2 * (100 if "%" in unit else 1)
+    table[name] = TRUTH[SLIP] / 2 * factor
     with pytest.raises(oilfilm.OilfilmError, match="contradicts the speeds"):
         read_mu_table(table)
+
+
+def test_a_ratio_that_was_divided_by_zero_makes_no_percent_of_the_others() -> None:
+    table = TRUTH.rename(columns={**PLAIN, SLIP: "SRR"})
+    table["SRR"] = table["SRR"].where(table.index > 0, np.inf)
+    slip = read_mu_table(table).points[SLIP]
+    np.testing.assert_allclose(slip[np.isfinite(slip)], TRUTH[SLIP][1:])
 
 
 @pytest.mark.filterwarnings("error")

@@ -155,9 +155,16 @@ def check(
     raw_folder = project_root / "data" / "raw"
     given_campaign = campaign or _campaign_name_of(files, raw_folder, settings_folder)
     settings = resolve(settings_folder, {"campaign": given_campaign} if given_campaign else {})
+    # a file that is named twice, as `june` and `june/run01.csv`, would be a copy of itself
+    file_by_location: dict[str, Path] = {}
+    for path in files:
+        # `resolve` would follow a link, which is a log of its own
+        file_by_location.setdefault(os.path.abspath(path), path)  # noqa: PTH100
     # a pattern such as data/raw/own/*.csv names the run sheet too
     log_paths = [
-        path for path in dict.fromkeys(files) if not is_run_sheet_of_any_campaign(path, raw_folder)
+        path
+        for path in file_by_location.values()
+        if not is_run_sheet_of_any_campaign(path, raw_folder)
     ]
     if not log_paths:
         raise OilfilmError(f"{_decodable_path(files[0])}: is a run sheet. Name logs.")

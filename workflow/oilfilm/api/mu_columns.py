@@ -602,8 +602,10 @@ def _slide_roll_ratio(
                 "speed of rolling as well.",
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
-        how_known = ", a sliding speed: divided by the mean speed"
-        return ratio_to_mean_speed(numbers_in_unit(column), mean_speed), how_known
+        ratio = ratio_to_mean_speed(numbers_in_unit(column), mean_speed)
+        if ratio_of_speeds is not None and _contradicts(ratio, ratio_of_speeds):
+            raise _contradiction_error(column)
+        return ratio, ", a sliding speed: divided by the mean speed"
     if ratio_of_speeds is not None:
         confirmed_ratio = _definition_by_speeds(column, ratio_of_speeds)
         if confirmed_ratio is not None:
@@ -611,7 +613,9 @@ def _slide_roll_ratio(
         _refuse_other_ratio(column, ratio_of_speeds)
     if meaning.question:
         raise _question_error(column)
-    largest_number = float(np.nanmax(np.abs(column.numbers), initial=0))
+    # a ratio that was divided by zero is infinite, and tells no unit
+    known_numbers = column.numbers[np.isfinite(column.numbers)]
+    largest_number = float(np.max(np.abs(known_numbers), initial=0))
     how_known = ""
     if not meaning.unit:
         if largest_number > _MAX_RATIO:
@@ -735,14 +739,31 @@ def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> Non
         if to_unit is None:
             return
         ratio = ratio_over_mean(to_unit.convert(column.numbers), meaning.definition)
-        differences = np.abs(np.abs(ratio[is_known]) - np.abs(ratio_of_speeds[is_known]))
-        median_difference = float(np.nanmedian(differences))
-        if (
-            _misfit(ratio, ratio_of_speeds) <= _CONTRADICTS_BEYOND
-            or median_difference <= _ERROR_OF_DIGITS
-        ):
+        # in a unit in which all numbers are impossible, the column is no ratio
+        is_possible = np.isfinite(ratio[is_known]).any()
+        if is_possible and not _contradicts(ratio, ratio_of_speeds):
             return
-    raise ColumnsError(
+    raise _contradiction_error(column)
+
+
+def _contradicts(ratio: FloatArray, ratio_of_speeds: FloatArray) -> bool:
+    """Whether a slide-roll ratio is not that of the speeds, nor within the error of their digits.
+
+    False without a row in which both are known.
+    """
+    is_known = np.isfinite(ratio) & np.isfinite(ratio_of_speeds)
+    if not is_known.any():
+        return False
+    differences = np.abs(np.abs(ratio[is_known]) - np.abs(ratio_of_speeds[is_known]))
+    return (
+        _misfit(ratio, ratio_of_speeds) > _CONTRADICTS_BEYOND
+        and float(np.median(differences)) > _ERROR_OF_DIGITS
+    )
+
+
+def _contradiction_error(column: TableColumn) -> ColumnsError:
+    """The error for a slip that the speeds of ball and disc contradict."""
+    return ColumnsError(
         f"the column {column.name!r} contradicts the speeds of ball and disc.",
         "Correct the column that is wrong, or leave it out.",
     )

@@ -3,6 +3,7 @@
 Decides: what is saved of a fit that was made without the workflow.
 """
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -51,9 +52,10 @@ def save_fit(fit: ArrayFit, folder: Path) -> None:
     Raises:
         OilfilmError: The folder exists, or its name cannot be that of a campaign.
     """
-    if folder.exists():
-        raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     campaign_name = safe_name(folder.resolve().name, folder)
+    # a broken link counts: no folder can take its place
+    if os.path.lexists(folder):
+        raise OilfilmError(f"{folder}: exists already. Name a new folder.")
     fit_tables, settings, provenance = as_campaign(fit, campaign_name)
     footer = {"campaign": campaign_name, "data": settings.campaign.data, **provenance}
     sections = [

@@ -132,7 +132,8 @@ def _verdict_columns(
     if len(fitted_names) == 1:
         return {"verdict": "no other fit"}
     # laws that were fitted to other points have other sums, and are not comparable
-    has_same_points = quality_by_law["n_points"] == quality_by_law.loc[configured_name, "n_points"]
+    runs_not_fitted = quality_by_law["incomplete_curves"].map(set)
+    has_same_points = runs_not_fitted.map(runs_not_fitted[configured_name].__eq__)
     comparable = quality_by_law[has_same_points & quality_by_law["bic"].notna()]
     # of laws that are equally good: the configured law, a certified fit, the fewest constants
     preferred_quality = comparable.assign(other=comparable.index != configured_name).sort_values(

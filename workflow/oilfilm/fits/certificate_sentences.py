@@ -39,6 +39,8 @@ _REASON_BY_NO_FIT = {
     "too few points": "{n_points} accepted points, {distinct_points:.0f} of them distinct; at "
     "least {points_needed:.0f} distinct ones are needed",
     "constant traction": "mu is the same at every point, whatever the slip",
+    "all constants at bounds": "every constant ended at a bound of its search, so that the law "
+    "does not describe these points; are the units of force, load and slip right?",
 }
 
 

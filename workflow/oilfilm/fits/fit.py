@@ -138,6 +138,9 @@ def fit_oil(
         return tables_without_fit(fitted_constant_names(law), {**quality_row, **no_fit_columns})
     problem = build_problem(law, data, is_followed)
     solution = _solve(problem, oil, points, settings, seed)
+    if solution is None:
+        quality_row["no_fit"] = "all constants at bounds"
+        return tables_without_fit(fitted_constant_names(law), quality_row)
     quality_row.update(_errors_at_end_levels(solution, points, settings))
     return tables_of_fit(solution, points, quality_row, settings)
 
@@ -150,6 +153,8 @@ def _no_fit_columns(law: Law, data: CurveData, is_followed: BoolArray) -> dict[s
         data: The accepted points.
         is_followed: Whether the fit follows each condition of the law, shape (conditions,).
     """
+    if not len(data.mu):
+        return {"no_fit": "no points"}
     try:
         law.varied_groups(is_followed)
     except ValueError:
@@ -158,8 +163,6 @@ def _no_fit_columns(law: Law, data: CurveData, is_followed: BoolArray) -> dict[s
         problem = build_problem(law, data, is_followed)
     except NoValueError:
         return {"no_fit": "no value"}
-    if not len(data.mu):
-        return {"no_fit": "no points"}
     unusable_count = int(np.sum(~np.isfinite(data.mu + data.slip)))
     if unusable_count:
         return {"no_fit": "unknown traction", "unusable_points": unusable_count}
@@ -183,8 +186,10 @@ def _no_fit_columns(law: Law, data: CurveData, is_followed: BoolArray) -> dict[s
 
 def _solve(
     problem: Problem, oil: str, points: pd.DataFrame, settings: FitSettings, seed: int
-) -> Solution:
+) -> Solution | None:
     """The optimum of all searches, with its certificate and its errors.
+
+    None where every constant ended at a bound: the law cannot describe such points.
 
     Args:
         problem: What to fit.
@@ -199,6 +204,8 @@ def _solve(
         random = generator(seed, "nested", oil)
         optima.append(_optimum_from_nested_law(problem, problem.law.nested_law, settings, random))
     problem, optima = _with_bounds_held(problem, optima)
+    if not problem.is_free.any():
+        return None
     optimum = min(optima, key=lambda optimum: optimum.sse)
     optimum_covariance = naive_covariance(problem, optimum)
     all_refits = _refits(problem, optimum, settings, generator(seed, "bootstrap", oil))

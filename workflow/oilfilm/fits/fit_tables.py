@@ -177,7 +177,8 @@ def _estimate_rows(solution: Solution, sign_confidence: float) -> pd.DataFrame:
         },
         index=solution.problem.free_names,
     )
-    if len(estimates.refits):
+    # one refit has no spread
+    if len(estimates.refits) > 1:
         rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
         lower_quantile, upper_quantile = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
@@ -350,7 +351,8 @@ def certificate_columns(
     sse_spread = (sse - best_optimum.sse) / max(best_optimum.sse, rounding)
     constant_spread = np.max(np.abs(constants - best_optimum.constants) / constant_errors, axis=1)
     agrees_in_sse = sse_spread <= settings.agreement_sse
-    agrees_in_constants = constant_spread <= settings.agreement_constants
+    # where standard errors are not known (NaN), the SSE alone says whether searches agree
+    agrees_in_constants = ~(constant_spread > settings.agreement_constants)
     design_rows, slips = tested_grid(problem)
     mu = traction_on_grid(problem, best_optimum, design_rows, slips)
     hessian_smallest, hessian_largest, condition_number = hessian_spectrum(problem, best_optimum)
@@ -380,11 +382,12 @@ def _doubt_codes(columns: Mapping[str, Any], largest_mu: float, settings: FitSet
         largest_mu: Largest |mu| over the tested box.
         settings: Limits of config's fit.
     """
-    is_singular = np.isnan(columns["condition_number"])
+    # without standard errors the data leave a direction of the constants open
+    is_singular = np.isnan(columns["condition_number"]) or np.isnan(columns["constant_spread"])
     fails_by_doubt = {
         "searches disagree": columns["searches_agreeing"] != columns["searches"],
         "errors differ": not columns["sse_spread"] <= settings.agreement_sse,
-        "constants differ": not columns["constant_spread"] <= settings.agreement_constants,
+        "constants differ": columns["constant_spread"] > settings.agreement_constants,
         "gradient": not columns["gradient_cosine"] <= settings.gradient_cosine_max,
         "negative traction": not reaches(columns["min_traction"], 0.0, term_size=largest_mu),
         "flat": is_singular or not columns["hessian_smallest"] > 0,

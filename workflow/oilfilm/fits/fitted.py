@@ -468,8 +468,23 @@ class FittedLaw:
                 one that made none of them. If not given, the next run is on one of these rigs.
 
         Raises:
+            OilfilmError: The level is not between 0 and 1, or a row has other conditions than those
+                of the law.
             ValueError: Nothing is known of this rig.
         """
+        if not 0 < level < 1:
+            raise OilfilmError(
+                f"level: found {level:g}; expected a share between 0 and 1, as 0.95 for 95 %."
+            )
+        # a list has no rows, and whole numbers cannot hold a tested level
+        conditions = np.asarray(conditions, dtype=float)
+        slip = np.asarray(slip, dtype=float)
+        expected_shape = (slip.size, len(self.law.conditions))
+        if conditions.shape != expected_shape:
+            raise OilfilmError(
+                f"conditions: found the shape {conditions.shape}; expected {expected_shape}: one "
+                f"row per slide-roll ratio, of {', '.join(self.law.conditions)}."
+            )
         is_away = np.zeros(len(conditions), dtype=bool)
         for away_from_condition in self.off_tested_levels(conditions).values():
             is_away |= away_from_condition
@@ -893,7 +908,7 @@ def _in_order_of_law(law: Law, rows: pd.DataFrame) -> FloatArray:
     return np.where(is_not_fitted_exponent, law.prescribed, constants)
 
 
-def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
+def read_fit(folder: Path | str, oil: str | int | None = None) -> FittedLaw:
     """The fit of one oil from a campaign's results, as `results/demo`, or of a saved fit.
 
     Args:
@@ -926,10 +941,13 @@ def read_fit(folder: Path | str, oil: str | None = None) -> FittedLaw:
     oils = sorted(results.configured_fits.fit_quality["oil"])
     if oil is None and len(oils) == 1:
         oil = oils[0]
-    if oil is None or oil not in oils:
-        raise OilfilmError(
-            f"{folder}: no fit of oil {oil!r}; there are fits of {', '.join(oils) or 'none'}."
-        )
+    oils_in_words = ", ".join(oils) or "none"
+    if oil is None:
+        raise OilfilmError(f"{folder}: there are fits of {oils_in_words}. Name the oil.")
+    # many oils are named by a number
+    oil = str(oil)
+    if oil not in oils:
+        raise OilfilmError(f"{folder}: no fit of oil {oil!r}; there are fits of {oils_in_words}.")
     refuse_contradictions(results, str(folder), oil)
     with explaining_contradictions(str(folder), oil):
         (verdict,) = tables.rows(results.soundness[results.soundness["oil"] == oil])

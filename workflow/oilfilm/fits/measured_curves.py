@@ -55,6 +55,8 @@ _FIRST_VARIANCE = 0.3
 _DEVIANCE_TOLERANCE = 1e-12
 # Step of the logarithm of a condition, for slopes by differences.
 _LOG_STEP = 1e-4
+# A temperature nearer to 0 degC than this counts as this: a factor does not move 0.
+_LEAST_TEMPERATURE_C = 1e-3
 # Standard deviation of mu that replaces a smaller one: of an exact point.
 _SMALLEST_MU_SD = 1e-9
 
@@ -73,11 +75,15 @@ def curve_error_slopes(law: Law, internal_constants: FloatArray, curves: Curves)
     Returns:
         Shape (points, errors).
     """
+    temperature_index = law.conditions.index("inlet_temperature_c")
+    conditions = curves.conditions.copy()
+    is_near_zero = np.abs(conditions[:, temperature_index]) < _LEAST_TEMPERATURE_C
+    conditions[is_near_zero, temperature_index] = _LEAST_TEMPERATURE_C
 
     def traction(sign: int, exponents: dict[str, float]) -> FloatArray:
         """mu with some conditions multiplied by powers of exp(sign * step)."""
         factors = [np.exp(sign * _LOG_STEP * exponents.get(name, 0.0)) for name in law.conditions]
-        scaled_curves = replace(curves, conditions=curves.conditions * factors)
+        scaled_curves = replace(curves, conditions=conditions * factors)
         return law.traction(internal_constants, scaled_curves.observations(law))
 
     def slope(exponents: dict[str, float]) -> FloatArray:
@@ -85,8 +91,7 @@ def curve_error_slopes(law: Law, internal_constants: FloatArray, curves: Curves)
         return np.asarray((traction(1, exponents) - traction(-1, exponents)) / (2 * _LOG_STEP))
 
     mu = law.traction(internal_constants, curves.observations(law))
-    temperature_of_curve = curves.conditions[:, law.conditions.index("inlet_temperature_c")]
-    temperature = temperature_of_curve[curves.curve_of_point]
+    temperature = conditions[curves.curve_of_point, temperature_index]
     slope_by_load = slope({"load_n": 1.0, "max_hertz_pressure_gpa": 1 / 3})
     slope_by_speed = slope({"entrainment_speed_m_s": 1.0})
     slope_by_temperature = slope({"inlet_temperature_c": 1.0})

@@ -102,7 +102,7 @@ def comparison_conditions(
 
 
 def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> float:
-    """Middle of the range that all fits tested, to three digits."""
+    """Middle of the range that all fits tested, to three digits where these are in the range."""
     ranges = {
         label: fit.coefficients.tested_box[fit.law.conditions.index(condition_name)]
         for label, fit in fits.items()
@@ -122,7 +122,8 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
     # values of these conditions may be 0 or below
     has_no_logarithm = condition_name in LEAST_MAGNITUDES
     middle = (lowest + highest) / 2 if has_no_logarithm else np.sqrt(lowest * highest)
-    return float(f"{middle:.3g}")
+    rounded_middle = float(f"{middle:.3g}")
+    return rounded_middle if lowest <= rounded_middle <= highest else float(middle)
 
 
 def comparison_table(

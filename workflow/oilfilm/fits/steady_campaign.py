@@ -93,10 +93,12 @@ class MeasuredCampaign:
     def condition_like_run_order(self) -> str:
         """Column of the condition in whose order the runs were made; empty if there is none."""
         correlation_by_condition = {}
-        for condition_name, column in zip(
-            CONDITIONS, self.surface.measurements.conditions.T, strict=True
+        measurements = self.surface.measurements
+        for condition_name, column, level_of_curve in zip(
+            CONDITIONS, measurements.conditions.T, measurements.level_numbers().T, strict=True
         ):
-            if np.ptp(column) > 0:
+            # a condition of one level only scatters
+            if np.ptp(level_of_curve) > 0:
                 correlation_by_condition[condition_name] = abs(
                     float(scipy.stats.spearmanr(self.position_in_time, column)[0])
                 )

@@ -299,6 +299,9 @@ def profiles(problem: Problem, optimum: Optimum, naive_covariance: FloatArray) -
         naive_covariance: Naive covariance of the free internal constants. It gives the start of the
             constants that are not held.
 
+    Returns:
+        The profiles, NaN beside the optimum where naive standard errors are not known or zero.
+
     Reference: D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications (1988),
     chapter 6.
     """
@@ -306,14 +309,17 @@ def profiles(problem: Problem, optimum: Optimum, naive_covariance: FloatArray) -
     level_count = len(_PROFILE_LEVELS)
     residual_freedom = len(problem.mu) - constant_count
     is_held = np.repeat(np.eye(constant_count, dtype=bool), level_count, axis=0)
+    naive_errors = np.sqrt(np.diag(naive_covariance))
+    # an exact fit has no errors, and so no levels at which a constant is held
+    naive_errors = np.where(naive_errors > 0, naive_errors, np.nan)
     # change of all constants per naive standard error of the one that is held
-    directions = (naive_covariance / np.sqrt(np.diag(naive_covariance))).T
+    directions = (naive_covariance / naive_errors).T
     changes = directions[:, np.newaxis] * _PROFILE_LEVELS[:, np.newaxis]
     # beyond the bounds a constant has no meaning
     low, high = problem.free_bounds.T
     starts = np.clip(optimum.constants + changes.reshape(-1, constant_count), low, high)
     sse = np.full(len(starts), np.nan)
-    if np.isfinite(naive_covariance).all():
+    if np.isfinite(directions).all():
         _, sse = descend(
             problem, starts, is_held=is_held, tolerance=_PROFILE_TOLERANCE, use_newton=True
         )
