@@ -603,7 +603,7 @@ def _slide_roll_ratio(
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
         ratio = ratio_to_mean_speed(numbers_in_unit(column), mean_speed)
-        if ratio_of_speeds is not None and _contradicts(ratio, ratio_of_speeds):
+        if ratio_of_speeds is not None and _contradicts_speeds(ratio, ratio_of_speeds):
             raise _contradiction_error(column)
         return ratio, ", a sliding speed: divided by the mean speed"
     if ratio_of_speeds is not None:
@@ -741,12 +741,12 @@ def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> Non
         ratio = ratio_over_mean(to_unit.convert(column.numbers), meaning.definition)
         # in a unit in which all numbers are impossible, the column is no ratio
         is_possible = np.isfinite(ratio[is_known]).any()
-        if is_possible and not _contradicts(ratio, ratio_of_speeds):
+        if is_possible and not _contradicts_speeds(ratio, ratio_of_speeds):
             return
     raise _contradiction_error(column)
 
 
-def _contradicts(ratio: FloatArray, ratio_of_speeds: FloatArray) -> bool:
+def _contradicts_speeds(ratio: FloatArray, ratio_of_speeds: FloatArray) -> bool:
     """Whether a slide-roll ratio is not that of the speeds, nor within the error of their digits.
 
     False without a row in which both are known.
