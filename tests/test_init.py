@@ -24,7 +24,9 @@ from oilfilm.cli import main
 from oilfilm.cli.init import NewProject, make_project
 from oilfilm.cli.settings_line import settings_line
 from oilfilm.curation.curate import curate_logs
+from oilfilm.logs.base import NO_DIALECT
 from oilfilm.logs.sheet_file import sheet_of_paths
+from oilfilm.logs.sniff import Findings, SniffedLog, SniffedRun
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve
 
@@ -283,6 +285,29 @@ def test_shipped_oil_and_rig_are_referred_to(tmp_path: Path) -> None:
     assert "config/rigs/pcs-etm.yaml" not in made_project.new_project.text_by_path
     campaign = project(tmp_path, bench_and_runs("Öl 4102")[1]).campaign_values
     assert (campaign["oils"], campaign["oil_aliases"]) == (["4102"], {"4102": ["Öl 4102"]})
+
+
+@pytest.mark.parametrize(
+    ("labels", "labels_of_oil"),
+    [
+        (
+            ["4102 fresh", "4102 aged", "Oil 4102", "4102"],
+            {
+                "4102-fresh": ["4102 fresh"],
+                "4102-aged": ["4102 aged"],
+                "4102": ["Oil 4102", "4102"],
+            },
+        ),
+        (["A+", "A-"], {"a": ["A+"], "a-2": ["A-"]}),
+        (["油", "PAO 4", "pao  4"], {"oil-1": ["油"], "pao-4": ["PAO 4", "pao  4"]}),
+    ],
+)
+def test_names_are_of_one_oil_where_they_differ_in_nothing_but_the_word_oil(
+    labels: list[str], labels_of_oil: dict[str, list[str]]
+) -> None:
+    runs = [SniffedRun(oil_name=label) for label in labels]
+    log = SniffedLog("a.xlsx", "xlsx", NO_DIALECT, {}, {}, [], [], "", runs, may_be_log=True)
+    assert Findings([log]).labels_of_oil == labels_of_oil
 
 
 def test_export_of_a_pcs_rig(tmp_path: Path, real_pcs: Path) -> None:

@@ -60,8 +60,8 @@ _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d[.,]?(?:[eE][-+]?\d+)?)\s*(.*)")
 _SIMILARITY_OF_MISSPELLING = 0.75
 # Shorter names are similar to too many words.
 _SHORTEST_NAME_COMPARED = 6
-# Words for an oil in the key of a header line, and words that may be beside them.
-_WORDS_FOR_OIL = frozenset(
+# Words for an oil in the key of a header line or in its name, and words that may be beside them.
+WORDS_FOR_OIL = frozenset(
     "oil lubricant lube fluid grease öl oel prüföl schmierstoff huile lubrifiant aceite lubricante "
     "olio lubrificante масло 油 油样 油品 润滑油 试验油 潤滑油 試験油 윤활유".split()
 )
@@ -316,7 +316,7 @@ def other_oil_key(text_of_key: Mapping[str, str]) -> str | None:
     """The key of a header line that names the oil, other than `oil`; None without one."""
     for key, text in text_of_key.items():
         words = frozenset(key.split("_")) - _WORDS_BESIDE_OIL
-        if key != "oil" and text and len(words) == 1 and words <= _WORDS_FOR_OIL:
+        if key != "oil" and text and len(words) == 1 and words <= WORDS_FOR_OIL:
             return key
     return None
 

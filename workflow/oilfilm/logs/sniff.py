@@ -23,6 +23,7 @@ from oilfilm.logs import base
 from oilfilm.logs.base import NamesAndUnits
 from oilfilm.logs.header import (
     UNIT_BY_PLAIN_KEY,
+    WORDS_FOR_OIL,
     number_and_unit,
     other_oil_key,
     project_key_and_text,
@@ -632,10 +633,18 @@ class Findings:
         labels = dict.fromkeys(run.oil_name for run in self.runs if run.oil_name)
         if not labels:
             return {"my-oil": []}
-        return _texts_by_key(
-            (_new_oil_id(label) or f"oil-{number}", label)
-            for number, label in enumerate(labels, start=1)
-        )
+        labels_by_name = _texts_by_key((_name_of_oil(label), label) for label in labels)
+        name_count_of_id = Counter(_new_oil_id(first) for first, *_ in labels_by_name.values())
+        labels_by_id: dict[str, list[str]] = {}
+        for number, (name, labels_of_name) in enumerate(labels_by_name.items(), start=1):
+            oil_id = _new_oil_id(labels_of_name[0])
+            if name_count_of_id[oil_id] > 1 and name != oil_id:
+                # as 4102 fresh and 4102 aged: nobody has said that these are one oil
+                oil_id = _slug(labels_of_name[0])
+            if not oil_id or oil_id in labels_by_id:
+                oil_id = f"{oil_id or 'oil'}-{number}"
+            labels_by_id[oil_id] = labels_of_name
+        return labels_by_id
 
     @property
     def lacks_oil_in_some_logs(self) -> bool:
@@ -728,6 +737,12 @@ def _is_unused(name: str, log: SniffedLog) -> bool:
         for candidate, _ in candidates
     }
     return name not in candidate_names and VOCABULARY.quantity_and_unit(name) is None
+
+
+def _name_of_oil(label: str) -> str:
+    """A label without words for an oil: `Oil 4102` and `4102` are one name."""
+    words = plain_key(label).split("_")
+    return " ".join(word for word in words if word not in WORDS_FOR_OIL) or " ".join(words)
 
 
 def _new_oil_id(label: str) -> str:
