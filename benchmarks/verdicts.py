@@ -65,7 +65,7 @@ def check_laws() -> None:
         quality = frames["fit_quality"]
         frames["fit_quality"] = quality.assign(configured=quality["law"] == settings.fit.law)
         results = CampaignTables.from_frames(points=points, **frames)
-        found = surface_tables_of_oil(results, OIL, settings, ())
+        found = surface_tables_of_oil(results, OIL, settings, {})
         (row,) = tables.rows(found.surfaces)
         print(
             f"{truth:16s} {row['law']:24s} {row['misfit']:6.1%} {row['run_scatter']:6.1%} "

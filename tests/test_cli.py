@@ -200,6 +200,17 @@ def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
             oilfilm.bearing_torque(*operating_point, **arguments)
 
 
+def test_saved_fit_with_the_name_of_a_campaign_is_no_campaign(
+    results: Path, tmp_path: Path
+) -> None:
+    coefficients = tables.read("coefficients", results / "tables/coefficients.parquet")
+    saved = tmp_path / "demo"
+    footer = {"campaign": "demo", "data": "measured", "settings": None}
+    tables.write(coefficients, "coefficients", saved / "tables/coefficients.parquet", footer)
+    with pytest.raises(oilfilm.OilfilmError, match="saved fit names no oil and no rig"):
+        oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", saved, CONFIG[1])
+
+
 def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
     answer = oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", results, CONFIG[1])
     text = answer.summary()

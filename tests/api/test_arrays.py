@@ -53,6 +53,12 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     assert fitted.predict(1.2, 30, 70, 0.5).outside
 
 
+def test_exact_fit_has_a_summary(fitted: ArrayFit) -> None:
+    exact_quality = fitted.tables.fit_quality.assign(rmse=0.0, relative_rms=0.0, left_out_rmse=0.0)
+    exact = replace(fitted, tables=fitted.tables.replace(fit_quality=exact_quality))
+    assert "misfit 0.00% of mu (rms); R2" in exact.summary()
+
+
 def test_columns_of_a_frame_may_have_any_index(points: pd.DataFrame, fitted: ArrayFit) -> None:
     shuffled = points.set_index(pd.Index(range(len(points), 0, -1), name="reading"))
     curve_of_point = shuffled.groupby(["P", "U", "T"], sort=False).ngroup()

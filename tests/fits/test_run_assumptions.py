@@ -1,5 +1,7 @@
 """What is known of the runs before the data: from files of rigs and the configuration, and back."""
 
+from collections.abc import Sequence
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -23,7 +25,16 @@ def rig(**errors: float) -> Rig:
 
 def of_rigs(config: Settings, *rigs: Rig) -> RunAssumptions:
     """What is known of the runs of some rigs."""
-    return RunAssumptions.from_settings(config.same_condition, rigs)
+    return of_runs(config, rigs, None)
+
+
+def of_runs(
+    config: Settings, rigs: Sequence[Rig], rig_name_of_run: Sequence[str] | None
+) -> RunAssumptions:
+    """What is known of runs on some of the rigs a, b, c."""
+    return RunAssumptions.from_settings(
+        config.same_condition, dict(zip("abc", rigs, strict=False)), rig_name_of_run
+    )
 
 
 def test_a_size_that_no_rig_states_is_that_of_usual_rigs(config: Settings) -> None:
@@ -49,6 +60,13 @@ def test_of_two_rigs_the_mean_square_counts(config: Settings) -> None:
     assert "slip_scale" in mixed.usual_error_names
 
 
+def test_a_rig_that_ran_no_test_of_the_oil_does_not_count(config: Settings) -> None:
+    rigs = rig(slip_relative=0.003), rig(slip_relative=0.1), rig()
+    assumed = of_runs(config, rigs, ["a", "a"])
+    assert assumed.error_sizes.slip_scale.median == pytest.approx(0.003)
+    assert "slip_scale" not in assumed.usual_error_names
+
+
 def test_a_surface_from_its_tables_rests_on_the_same_assumptions(config: Settings) -> None:
     assumed = of_rigs(config, rig(inlet_temperature_k=2.0, zero_as_traction_coefficient=1e-4))
     row = {**assumed.surface_columns()}
@@ -72,12 +90,12 @@ def calibrated(force: float, load: float) -> Rig:
 def test_rigs_are_expected_to_differ_by_their_calibration(config: Settings) -> None:
     # mu is force over load: 0.003 and 0.004 together are 0.005
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
-    assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["b", "a"])
+    assumed = of_runs(config, rigs, ["b", "a"])
     assert assumed.error_sizes.rig_gain.median == pytest.approx(0.005)
     assert "rig_gain" not in assumed.usual_error_names
     assert assumed.rig_names == ("a", "b")
     # the usual 1 % stands for the rig without a calibration, as with the other sizes
-    mixed = RunAssumptions.from_settings(config.same_condition, [*rigs, rig()], ["b", "a"])
+    mixed = of_runs(config, [*rigs, rig()], ["b", "a", "c"])
     expected_gain = np.sqrt((2 * 0.005**2 + 0.01**2) / 3)
     assert mixed.error_sizes.rig_gain.median == pytest.approx(expected_gain)
     assert "rig_gain" in mixed.usual_error_names
@@ -88,7 +106,7 @@ def test_every_accepted_calibration_gives_a_difference_of_rigs(
     config: Settings, accepted: float, expected: float
 ) -> None:
     rigs = [calibrated(accepted, accepted)] * 2
-    assumed = RunAssumptions.from_settings(config.same_condition, rigs, ["a", "b"])
+    assumed = of_runs(config, rigs, ["a", "b"])
     assert assumed.error_sizes.rig_gain.median == expected
     again = RunAssumptions.from_tables(
         assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
@@ -106,7 +124,7 @@ def test_stated_size_at_its_limit_survives_the_tables(config: Settings) -> None:
 
 
 def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
-    assumed = RunAssumptions.from_settings(config.same_condition, [rig()], ["a", "a"])
+    assumed = of_runs(config, [rig()], ["a", "a"])
     assert "rig_gain" not in assumed.usual_error_names
     assert "rig_gain" not in {row["size"] for row in assumed.size_rows("4050")}
 
@@ -114,7 +132,7 @@ def test_one_rig_is_not_expected_to_differ(config: Settings) -> None:
 @pytest.mark.parametrize("rig_of_runs", [None, ["a", "a"], ["a", "b"]])
 def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[str] | None) -> None:
     rigs = [calibrated(0.003, 0.004), calibrated(0.004, 0.003)]
-    assumed = RunAssumptions.from_settings(config.same_condition, rigs, rig_of_runs)
+    assumed = of_runs(config, rigs, rig_of_runs)
     again = RunAssumptions.from_tables(
         assumed.surface_columns(), pd.DataFrame(assumed.size_rows("4050"))
     )

@@ -104,6 +104,12 @@ def test_log_that_another_workflow_brings_during_a_run_has_its_digest(folder: Pa
     assert digests.digest_of_name(folder, ["a.csv"]) == {"a.csv": file_digest(folder / "a.csv")}
 
 
+@pytest.mark.parametrize("kept", ["", "{", "[]", '{"a.csv": 1}', "\udcff"])
+def test_damaged_record_of_digests_has_all_logs_read_again(folder: Path, kept: str) -> None:
+    folder.with_name("kept.json").write_bytes(kept.encode(errors="surrogateescape"))
+    assert of_run(folder) == digests_of(folder)
+
+
 def test_log_that_cannot_be_read_has_no_digest(folder: Path) -> None:
     (folder / "a.csv").unlink()
     assert of_run(folder)["a.csv"] == ""

@@ -9,6 +9,6 @@ with run.job(snakemake) as job:
     results = with_configured_fits_marked(job.input_tables, job.settings.fit.law)
     settings = job.settings
     surface_tables = surface_tables_of_oil(
-        results, snakemake.wildcards.oil, settings, settings.rigs.values()
+        results, snakemake.wildcards.oil, settings, settings.rigs
     )
     job.write({name: surface_tables.table(name) for name in SURFACE_TABLES})

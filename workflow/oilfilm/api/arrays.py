@@ -181,10 +181,14 @@ class ArrayFit:
     def summary(self) -> str:
         """Equation, counts, misfit, constants with intervals, and the verdict, as text."""
         (quality,) = tables.rows(self.tables.fit_quality)
+        at_curves_left_out = ""
+        # an exact fit has no misfit to compare with
+        if quality["rmse"] > 0:
+            ratio = quality["left_out_rmse"] / quality["rmse"]
+            at_curves_left_out = f", at curves left out {ratio:.2f} times that"
         counts = (
             f"{quality['n_points']} points in {quality['n_curves']} curves; misfit "
-            f"{quality['relative_rms']:.2%} of mu (rms), at curves left out "
-            f"{quality['left_out_rmse'] / quality['rmse']:.2f} times that; "
+            f"{quality['relative_rms']:.2%} of mu (rms){at_curves_left_out}; "
             f"R2 {self.r_squared:.5f}; BIC {quality['bic']:.1f}"
         )
         lines = ["SIMULATED data"] if self.simulated else []

@@ -369,7 +369,9 @@ def _source_of_folder(folder: Path, rig_name: str, settings_folder: Path) -> _So
         )
     footer = tables.read_footer(folder / "tables" / "coefficients.parquet")
     campaign_name = str(footer.get("campaign"))
-    if campaign_name not in campaign_names(settings_folder):
+    # a saved fit may have the name of a campaign, of which it has no settings
+    is_saved_fit = footer.get("settings", "") is None
+    if is_saved_fit or campaign_name not in campaign_names(settings_folder):
         raise OilfilmError(
             f"{folder}: has results of {campaign_name!r}, which {settings_folder / 'campaigns'} "
             "lacks. Name the configuration folder. A saved fit names no oil and no rig: give the "

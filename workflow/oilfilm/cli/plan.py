@@ -383,8 +383,9 @@ def _largest_with_point(plan: NextTests, precision: FloatArray) -> str:
         plan: The plan.
         precision: Precision of the parameters, shape (n, n).
     """
-    uncertainty_of_points = np.nan_to_num(uncertainties(precision, plan.gradients))
-    worst_index = int(uncertainty_of_points.argmax())
+    uncertainty_of_points = uncertainties(precision, plan.gradients)
+    # an unknown uncertainty (NaN) counts as the largest
+    worst_index = int(np.argmax(uncertainty_of_points))
     return (
         f"{_uncertainty_text(plan.wanted.target, uncertainty_of_points[worst_index])} at "
         f"{plan.wanted.labels[worst_index]}"

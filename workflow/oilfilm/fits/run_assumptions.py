@@ -6,7 +6,7 @@ rests on the same assumptions.
 Decides: which sizes of errors are expected where rigs state some of them.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -55,23 +55,27 @@ class RunAssumptions:
     def from_settings(
         cls,
         same_condition: SameConditionSettings,
-        rigs: Collection[Rig],
+        rigs: Mapping[str, Rig],
         rig_name_of_run: Sequence[str] | None = None,
     ) -> "RunAssumptions":
         """The assumptions of a campaign.
 
         Args:
             same_condition: Config's `same_condition`.
-            rigs: Its rigs. Where there are several, the root mean square of an error counts.
+            rigs: Its rigs by name. Those of the runs count; of several, the root mean square of
+                an error.
             rig_name_of_run: As the attribute.
         """
         usual_errors = ErrorPriors()
+        rigs_of_runs = [
+            rig for name, rig in rigs.items() if rig_name_of_run is None or name in rig_name_of_run
+        ]
         stated_sizes_by_name = {
-            size_name: [getattr(rig.errors_between_runs, key, None) for rig in rigs]
+            size_name: [getattr(rig.errors_between_runs, key, None) for rig in rigs_of_runs]
             for size_name, key in _KEY_OF_SIZE.items()
         }
         if len(set(rig_name_of_run or ())) > 1:
-            stated_sizes_by_name[_RIG_GAIN] = [_gain_by_calibration(rig) for rig in rigs]
+            stated_sizes_by_name[_RIG_GAIN] = [_gain_by_calibration(rig) for rig in rigs_of_runs]
         expected_sizes, names_not_stated = {}, []
         for size_name, stated_sizes in stated_sizes_by_name.items():
             if not stated_sizes or None in stated_sizes:

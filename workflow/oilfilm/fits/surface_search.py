@@ -3,7 +3,7 @@
 Decides: which law a surface stands on; when no law fits.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -43,7 +43,7 @@ from oilfilm.traction.law import to_constants
 
 
 def surface_tables_of_oil(
-    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig]
+    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Mapping[str, Rig]
 ) -> CampaignTables:
     """The tables of the surface of one oil, without rows where it has none.
 
@@ -54,7 +54,7 @@ def surface_tables_of_oil(
             `runs`, which has no rows where the data name no rigs.
         oil: The oil.
         settings: `compare`, `same_condition` and `surface`.
-        rigs: The rigs of the campaign.
+        rigs: The rigs of the campaign by name.
     """
     basis = _surface_basis(results, oil, settings, rigs)
     if basis is None:
@@ -89,7 +89,7 @@ class _SurfaceBasis(NamedTuple):
 
 
 def _surface_basis(
-    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig]
+    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Mapping[str, Rig]
 ) -> _SurfaceBasis | None:
     """What the surface of an oil is searched from; None where it has none.
 
@@ -99,7 +99,7 @@ def _surface_basis(
         results: As of `surface_tables_of_oil`.
         oil: The oil.
         settings: As of `surface_tables_of_oil`.
-        rigs: The rigs of the campaign.
+        rigs: As of `surface_tables_of_oil`.
     """
     points = results.table("points", CURVE_COLUMNS, oil=oil)
     rig_name_of_run = _rig_of_runs(points, results.table("runs", ["run_id", "rig"]))
@@ -134,10 +134,10 @@ def _rig_of_runs(points: pd.DataFrame, runs: pd.DataFrame) -> list[str] | None:
 
 
 def with_surface(
-    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Collection[Rig] = ()
+    results: CampaignTables, oil: str, settings: ConfigKeys, rigs: Mapping[str, Rig] | None = None
 ) -> CampaignTables:
     """The tables of fits to one oil, with those of its surface; see `surface_tables_of_oil`."""
-    surface_tables = surface_tables_of_oil(results, oil, settings, rigs)
+    surface_tables = surface_tables_of_oil(results, oil, settings, rigs or {})
     return results.replace(**{name: surface_tables.table(name) for name in SURFACE_TABLES})
 
 

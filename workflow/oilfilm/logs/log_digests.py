@@ -64,8 +64,14 @@ class LogDigests:
         """Record of each log by its path."""
         if not self._record_file.is_file():
             return {}
-        entries = json.loads(self._record_file.read_text(encoding="utf-8"))
-        return {path: _Record(tuple(state), digest) for path, (state, digest) in entries.items()}
+        try:
+            entries = json.loads(self._record_file.read_bytes())
+            return {
+                path: _Record(tuple(state), digest) for path, (state, digest) in entries.items()
+            }
+        except (AttributeError, TypeError, ValueError):
+            # the file is damaged: all logs are read again
+            return {}
 
     def _digest(self, path: Path) -> str:
         """sha256 of a log; empty where it cannot be read."""
