@@ -62,3 +62,20 @@ def test_a_power_of_the_temperature_is_far_from_an_exponential_in_frost():
 
 def test_three_levels_leave_no_form_open():
     assert form_bends(LAW, box((3, 4, 3)), np.stack([LOWEST]), np.array([0.05])).shape == (1, 0)
+
+
+@pytest.mark.parametrize("without_traction", [-0.001, 0.0])
+def test_a_level_at_which_the_law_has_no_traction_leaves_much_open(without_traction):
+    class Law:
+        """mu is 0.03 above 50 degC, at the second slip nowhere."""
+
+        def log_mu(self, conditions, slip):
+            has_traction = (conditions[:, 2] > 50) & (slip < 0.1)
+            with np.errstate(invalid="ignore", divide="ignore"):
+                return np.log(np.where(has_traction, 0.03, without_traction))
+
+    at = np.array([[1.2, 30.0, 60.0], [1.2, 30.0, 60.0]])
+    bend, bend_without_traction = form_bends(Law(), box((3, 3, 2)), at, np.array([0.05, 0.2]))
+    # g is ln(60/25) / ln(120/25) - 35/95
+    assert bend == pytest.approx((0.5581 - 0.3684) * np.log(1e3), rel=1e-3)
+    assert bend_without_traction == 0

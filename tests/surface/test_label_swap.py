@@ -9,6 +9,7 @@ from lawless_truths import TRUTHS
 from oilfilm.surface import label_swap
 from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.label_swap import likeliest_swap
+from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, random_conditions, simulated
@@ -43,6 +44,19 @@ def test_right_labels_stay(truth):
     surface, *_ = surface_with_labels(truth, np.empty(0, dtype=np.int64), 48)
     swap = likeliest_swap(surface)
     assert swap is None or not swap.is_alarm
+
+
+def test_no_temperature_is_proposed_at_which_the_law_has_no_traction(monkeypatch):
+    surface, _, true = surface_with_labels("own", np.array([2, 11, 18, 22]), 47)
+
+    def has_traction(law, conditions, slip):
+        return (conditions != true[2]).any(axis=1)
+
+    monkeypatch.setattr(FreeLaw, "has_traction", has_traction)
+    swap = likeliest_swap(surface)
+    conditions = surface.measurements.conditions.copy()
+    conditions[swap.curve_indices, 2] = swap.temperatures_c
+    assert (conditions != true[2]).any(axis=1).all()
 
 
 def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):

@@ -9,6 +9,7 @@ import scipy.stats
 from lawless_truths import TRUTHS
 from nights import nightly, quick_ones
 from oilfilm.surface.effects import ErrorPriors
+from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.misreading import likeliest_misreading
 from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
@@ -76,3 +77,18 @@ def test_likelihood_of_other_readings_is_that_of_the_normal_distribution():
         return noise + total.logpdf(curves.departure)
 
     assert difference == pytest.approx(log_density(other) - log_density(as_read), rel=1e-6)
+
+
+def test_readings_at_which_the_law_has_no_traction_are_no_candidates(monkeypatch):
+    surface, few = surface_of("own", speed_factor=2.0)
+
+    def has_traction(law, conditions, slip):
+        return conditions[:, 1] > 24.0
+
+    monkeypatch.setattr(FreeLaw, "has_traction", has_traction)
+    # with the speeds of the other runs halved there is none
+    misreading = likeliest_misreading(surface, {"form=A": ~few, "form=B": few})
+    np.testing.assert_array_equal(misreading.is_misread, few)
+    as_read = FittedReadings.as_read(surface, ErrorPriors())
+    halved = replace(misreading, is_misread=~few).corrected(surface.measurements)
+    assert as_read.negative_ln_likelihood_of(halved) == np.inf

@@ -12,6 +12,9 @@ deviation of one; no form is chosen.
 
 A power of a temperature in degC has no value at 0 and below. Where a level is there, no power law
 is expected, and g is 0. Far below the lowest level a power law is taken at a thousandth of it.
+
+Where the law has no traction at one of the levels, its mu there is taken as a thousandth of that at
+the other level. Where it has none at both, D is 0.
 """
 
 import numpy as np
@@ -23,6 +26,8 @@ from oilfilm.surface.measurements import unscaled_conditions
 
 # Smallest value of a condition in a power law, over the lowest level.
 _SMALLEST_RATIO = 1e-3
+# Largest size of D.
+_LARGEST_CHANGE = np.log(1e3)
 
 
 def form_bends(
@@ -48,10 +53,20 @@ def form_bends(
         conditions_at_lowest[:, condition_column] = lowest
         conditions_at_highest = conditions.copy()
         conditions_at_highest[:, condition_column] = highest
-        change = law.log_mu(conditions_at_highest, slip) - law.log_mu(conditions_at_lowest, slip)
+        change = _bounded_difference(
+            law.log_mu(conditions_at_highest, slip), law.log_mu(conditions_at_lowest, slip)
+        )
         value = conditions[:, condition_column]
         ratio = np.maximum(value / lowest, _SMALLEST_RATIO)
         power_law_share = np.log(ratio) / np.log(highest / lowest)
         exponential_share = (value - lowest) / (highest - lowest)
         bends.append(((power_law_share - exponential_share) * change)[:, np.newaxis])
     return np.hstack(bends)
+
+
+def _bounded_difference(log_mu: FloatArray, other_log_mu: FloatArray) -> FloatArray:
+    """Difference of two ln mu, shape (points,), of which either is not finite without traction."""
+    with np.errstate(invalid="ignore"):
+        bounded_log_mu = np.fmax(log_mu, other_log_mu - _LARGEST_CHANGE)
+        bounded_other = np.fmax(other_log_mu, bounded_log_mu - _LARGEST_CHANGE)
+        return np.nan_to_num(bounded_log_mu - bounded_other)

@@ -19,7 +19,7 @@ import scipy.special
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors
-from oilfilm.surface.measurements import LevelWidths
+from oilfilm.surface.measurements import LevelWidths, Measurements
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, smooth_covariance
 from oilfilm.surface.reduction import Coordinates, reduced_curves
 from oilfilm.surface.relabelled import FittedReadings
@@ -174,7 +174,7 @@ def _ln_densities(
     """Logarithm of the density of each suspect at each temperature, by the other runs.
 
     Returns:
-        Shape (suspects, temperatures).
+        Shape (suspects, temperatures). -inf where the law has no traction at a point of the run.
     """
     curves = readings.covariance.curves
     remaining_coordinates = np.flatnonzero(~np.isin(curves.curve_of_coordinate, suspect_curves))
@@ -189,11 +189,28 @@ def _ln_densities(
     distinct_temperatures_c, distinct_index_of_temperature = np.unique(
         temperatures_c, return_inverse=True
     )
-    ln_density = [
-        _ln_densities_of_run(readings, remaining_curves, curve_index, distinct_temperatures_c)
-        for curve_index in suspect_curves
-    ]
-    return np.array(ln_density)[:, distinct_index_of_temperature]
+    ln_density = np.full((len(suspect_curves), len(distinct_temperatures_c)), -np.inf)
+    for ln_density_of_run, curve_index in zip(ln_density, suspect_curves.tolist(), strict=True):
+        copies = _copies_of_run(readings.measurements, curve_index, distinct_temperatures_c)
+        has_traction = np.ones(len(distinct_temperatures_c), dtype=bool)
+        np.logical_and.at(
+            has_traction,
+            copies.curve_of_point,
+            readings.surface.law.has_traction(copies.point_conditions, copies.slip),
+        )
+        ln_density_of_run[has_traction] = _ln_densities_of_run(
+            readings, remaining_curves, curve_index, distinct_temperatures_c[has_traction]
+        )
+    return ln_density[:, distinct_index_of_temperature]
+
+
+def _copies_of_run(
+    measurements: Measurements, curve_index: int, temperatures_c: FloatArray
+) -> Measurements:
+    """A curve copied to each temperature, in degC, shape (temperatures,)."""
+    conditions = np.tile(measurements.conditions[curve_index], (len(temperatures_c), 1))
+    conditions[:, _TEMPERATURE_COLUMN] = temperatures_c
+    return measurements.copied_to_conditions(curve_index, conditions)
 
 
 def _ln_densities_of_run(
@@ -213,10 +230,7 @@ def _ln_densities_of_run(
         temperatures_c: Temperatures, in degC, shape (temperatures,).
     """
     covariance, sizes = readings.covariance, readings.covariance.sizes
-    measurements = readings.measurements
-    conditions = np.tile(measurements.conditions[curve_index], (len(temperatures_c), 1))
-    conditions[:, _TEMPERATURE_COLUMN] = temperatures_c
-    copies = measurements.copied_to_conditions(curve_index, conditions)
+    copies = _copies_of_run(readings.measurements, curve_index, temperatures_c)
     law = readings.surface.law
     curves = reduced_curves(
         copies, law, law.log_mu, float(sizes.effects[_ZERO_INDEX]), covariance.box

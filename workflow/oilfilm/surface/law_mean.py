@@ -57,6 +57,10 @@ class FreeLaw:
         with np.errstate(invalid="ignore", divide="ignore"):
             return np.log(mu)
 
+    def has_traction(self, conditions: FloatArray, slip: FloatArray) -> BoolArray:
+        """Whether mu of the law is above 0, shape (points,); arguments as of `log_mu`."""
+        return np.isfinite(self.log_mu(conditions, slip))
+
     def log_slopes(self, conditions: FloatArray, slip: FloatArray) -> FloatArray:
         """Derivatives of ln mu by the free internal constants, shape (points, free constants)."""
         observations = self._observations(conditions, slip)

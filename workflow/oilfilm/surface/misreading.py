@@ -36,8 +36,8 @@ class Misreading:
         factor: Reading over the true value.
         is_misread: Whether each curve is misread, shape (curves,).
         label: What these runs have in common; empty if that is not known.
-        score: Twice the logarithm of the likelihood ratio, less twice that of the number of
-            candidates.
+        score: Twice the logarithm of the ratio of likelihood times priors, each at its most likely
+            sizes, less twice that of the number of candidates.
         is_alarm: Whether the factor explains more than chance does.
     """
 
@@ -103,7 +103,7 @@ def likeliest_misreading(
 def _candidates(
     measurements_as_read: Measurements, is_member_by_label: Mapping[str, BoolArray]
 ) -> Iterator[Misreading]:
-    """Each factor on speed and on slip: in the runs of each label, and in runs of large values."""
+    """Each factor on speed and on slip, for runs of each label, of large and of small values."""
     label_patterns = patterns_of_labels(is_member_by_label)
     labelled_groups = [
         (label, label_patterns.patterns[:, pattern_index] > 0)

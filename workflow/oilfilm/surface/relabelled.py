@@ -88,7 +88,11 @@ class FittedReadings:
         """The negative logarithm of the likelihood of other readings, at the present sizes.
 
         A constant that is the same for all readings is left out: only differences mean something.
+        It is infinite where the law has no traction at a point with these readings.
         """
+        law = self.surface.law
+        if not law.has_traction(measurements.point_conditions, measurements.slip).all():
+            return np.inf
         curves = _reduced(self.surface, self.error_priors, measurements)
         covariance = CurveCovariance(curves, box_of(measurements), self.covariance.sizes)
         factor = scipy.linalg.cholesky(covariance.matrix(), lower=True)
