@@ -40,4 +40,4 @@ def test_a_power_of_a_temperature_near_zero_has_a_slope():
 )
 def test_an_impossible_size_of_an_error_is_refused(numbers, message):
     with pytest.raises(ValueError, match=message):
-        LogNormal(*numbers)
+        LogNormal(**dict(zip(("median", "ln_sd", "smallest", "largest"), numbers, strict=True)))

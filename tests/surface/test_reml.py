@@ -22,11 +22,11 @@ CUBE = grid((1.0, 1.25, 1.5), (25.0, 32.0, 40.0), (25.0, 72.0, 120.0))
 LAW = FreeLaw(PAPER_LAW, DENG_CONSTANTS, np.ones(12, dtype=bool))
 # Sizes of which hardly anything is known before the data.
 OPEN = ErrorPriors(
-    gain=LogNormal(0.004, 2.0, 1e-4, 0.2),
-    zero=LogNormal(1e-4, 2.0, 1e-7, 5e-3),
-    slip_scale=LogNormal(0.01, 2.0, 1e-4, 0.2),
-    temperature_k=LogNormal(1.0, 2.0, 1e-2, 20.0),
-    noise=LogNormal(0.006, 2.0, 5e-4, 0.2),
+    gain=LogNormal(median=0.004, ln_sd=2.0, smallest=1e-4, largest=0.2),
+    zero=LogNormal(median=1e-4, ln_sd=2.0, smallest=1e-7, largest=5e-3),
+    slip_scale=LogNormal(median=0.01, ln_sd=2.0, smallest=1e-4, largest=0.2),
+    temperature_k=LogNormal(median=1.0, ln_sd=2.0, smallest=1e-2, largest=20.0),
+    noise=LogNormal(median=0.006, ln_sd=2.0, smallest=5e-4, largest=0.2),
 )
 
 

@@ -154,7 +154,7 @@ def test_the_gain_of_another_rig_is_that_of_three_rigs_and_of_what_was_expected(
 
 
 def test_a_gain_of_which_nothing_was_known_follows_students_t():
-    nothing_known = LogNormal(0.01, 100.0, 1e-9, 1e5)
+    nothing_known = LogNormal(median=0.01, ln_sd=100.0, smallest=1e-9, largest=1e5)
     # quantiles of Student's t with one, two and five degrees of freedom
     for resolved_rigs, quantile in ((1.0, 12.706), (2.0, 4.3027), (5.0, 2.5706)):
         factor = factor_of_another_rig(0.02, resolved_rigs, nothing_known, 0.95)
@@ -162,13 +162,13 @@ def test_a_gain_of_which_nothing_was_known_follows_students_t():
 
 
 def test_a_stated_gain_is_normally_distributed():
-    stated = LogNormal(0.01, 0.001, 1e-4, 0.2)
+    stated = LogNormal(median=0.01, ln_sd=0.001, smallest=1e-4, largest=0.2)
     assert factor_of_another_rig(0.01, 0.0, stated, 0.95) == pytest.approx(1, abs=1e-3)
 
 
 @pytest.mark.parametrize("resolved_rigs", [0, 2])
 def test_another_rig_is_inside_as_often_as_claimed(resolved_rigs):
-    before_data = LogNormal(0.01, 0.6, 1e-4, 0.2)
+    before_data = LogNormal(median=0.01, ln_sd=0.6, smallest=1e-4, largest=0.2)
     random = np.random.default_rng(5)
     is_inside = []
     for _ in range(1000):

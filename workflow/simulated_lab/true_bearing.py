@@ -70,7 +70,7 @@ def true_problem(
     inputs = InputValues.nominal(
         {**bearing.uncertain_inputs, **settings.bearing.uncertain_inputs()}, len(speed_rpm)
     )
-    if true_traction.follows_ellipse:
+    if true_traction.depends_on_ellipse:
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
     return problem.with_inputs(inputs)
 

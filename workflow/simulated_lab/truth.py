@@ -38,10 +38,10 @@ class TrueTraction(Protocol):
     """The traction of one oil.
 
     Attributes:
-        follows_ellipse: True if the law of other contacts depends on their shape.
+        depends_on_ellipse: True if the law of other contacts depends on their shape.
     """
 
-    follows_ellipse: ClassVar[bool]
+    depends_on_ellipse: ClassVar[bool]
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
         """mu of the traction rig's contact.
@@ -82,7 +82,7 @@ class LawTruth:
         constants: The twelve constants of Eqs 7-9.
     """
 
-    follows_ellipse: ClassVar[bool] = False
+    depends_on_ellipse: ClassVar[bool] = False
     constants: FloatArray
 
     def __call__(self, *conditions: FloatArray) -> FloatArray:
@@ -115,7 +115,7 @@ class FilmTruth:
         rig_contact: The traction rig's contact. Its mu is the mean over the whole contact.
     """
 
-    follows_ellipse: ClassVar[bool] = True
+    depends_on_ellipse: ClassVar[bool] = True
     oil: Oil
     constants: ThermalEhlConstants
     rig_contact: Contact

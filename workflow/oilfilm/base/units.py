@@ -1,6 +1,7 @@
 """Units at the edges of the library: SI inside, GPa, um, degC and rpm outside.
 
-Units of logs, settings and typed numbers are converted only here.
+Laws, fits and surfaces take GPa, m/s and degC, as their constants do. Units of logs and of typed
+numbers are converted only here.
 
 Decides: which units are converted, and into which (other spellings of a unit: `units.yaml`).
 """
@@ -25,8 +26,8 @@ M_PER_UM = 1e-6
 MM_PER_M = 1e3
 RAD_S_PER_RPM = np.pi / 30
 ABSOLUTE_ZERO_C = -273.15
-# No unit, but a factor that many rooms need: the median absolute deviation of a normal distribution
-# times this is its standard deviation.
+# No unit, but a factor that many modules need: the median absolute deviation of a normal
+# distribution times this is its standard deviation.
 MAD_TO_SIGMA = 1.4826
 
 

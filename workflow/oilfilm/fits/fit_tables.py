@@ -47,7 +47,7 @@ class Solution:
         certificate: Columns of `fit_quality`, as `certificate_columns` returns them.
         estimates: The free constants in the form of the law's equation, with their errors.
         profiles: Profile of each free constant.
-        robust_fit: The fit with a robust loss; None for an exact fit.
+        robust_fit: The fit with a robust loss; None where the SSE is 0.
         left_out_errors: Fitted minus measured mu of each point, by a fit without the point's curve,
             shape (points,); NaN where there is no such fit.
         refits_at_bounds_count: Number of refits in which a constant ended at a bound. They are not
@@ -73,7 +73,7 @@ def tables_of_fit(
         solution: The fit.
         points: The oil's rows of the table of points, without those of incomplete curves.
         quality_row: Oil, law, counts and tested box: the first columns of the row of `fit_quality`.
-        settings: `sign_confidence` and `pulling_weight` of config's fit.
+        settings: Limits of config's fit for signs, and for curves that pull or are odd.
     """
     return _with_oil_and_law(
         {**quality_row, **_quality_columns(solution)},
@@ -220,7 +220,7 @@ def _quality_columns(solution: Solution) -> dict[str, Any]:
 
 
 def bayesian_criterion(sse: float, n_points: int, n_constants: int) -> float:
-    """The Bayesian information criterion of a least-squares fit; NaN for an exact one.
+    """The Bayesian information criterion of a least-squares fit; NaN where the SSE is 0.
 
         BIC = n ln(SSE/n) + k ln n
 
@@ -410,9 +410,10 @@ def gradient_cosine(problem: Problem, optimum: Optimum) -> float:
 
 
 def hessian_spectrum(problem: Problem, optimum: Optimum) -> tuple[float, float, float]:
-    """Smallest and largest eigenvalue of the Hessian J^T J, and the condition number of J.
+    """Smallest and largest eigenvalue of J^T J, and the condition number of J.
 
-    The Hessian is that of half the SSE by the free internal constants. The condition number is that
+    J^T J is the Gauss-Newton part of the Hessian of half the SSE by the free internal constants: it
+    is never negative, and 0 in a direction that the data leave open. The condition number is that
     of J with columns of length 1, so that it does not depend on units. It is NaN where J is
     singular to rounding.
     """

@@ -21,7 +21,7 @@ EFFECT_NAMES = ("gain", "zero", "slip_scale", "temperature_k")
 LogMu = Callable[[FloatArray, FloatArray], FloatArray]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class LogNormal:
     """The prior of a size: a log-normal distribution between two bounds.
 
@@ -64,12 +64,12 @@ class ErrorPriors:
             the runs are of several rigs.
     """
 
-    gain: LogNormal = LogNormal(0.008, 0.6, 1e-4, 0.2)
-    zero: LogNormal = LogNormal(4e-5, 0.6, 1e-7, 5e-3)
-    slip_scale: LogNormal = LogNormal(0.004, 0.6, 1e-4, 0.2)
-    temperature_k: LogNormal = LogNormal(0.5, 0.6, 1e-2, 20.0)
-    noise: LogNormal = LogNormal(0.003, 0.6, 5e-4, 0.2)
-    rig_gain: LogNormal = LogNormal(0.01, 0.6, 1e-4, 0.2)
+    gain: LogNormal = LogNormal(median=0.008, ln_sd=0.6, smallest=1e-4, largest=0.2)
+    zero: LogNormal = LogNormal(median=4e-5, ln_sd=0.6, smallest=1e-7, largest=5e-3)
+    slip_scale: LogNormal = LogNormal(median=0.004, ln_sd=0.6, smallest=1e-4, largest=0.2)
+    temperature_k: LogNormal = LogNormal(median=0.5, ln_sd=0.6, smallest=1e-2, largest=20.0)
+    noise: LogNormal = LogNormal(median=0.003, ln_sd=0.6, smallest=5e-4, largest=0.2)
+    rig_gain: LogNormal = LogNormal(median=0.01, ln_sd=0.6, smallest=1e-4, largest=0.2)
 
     def run_and_noise_priors(self) -> tuple[LogNormal, ...]:
         """The priors of the effects of runs, in the order of `EFFECT_NAMES`, then of the noise."""

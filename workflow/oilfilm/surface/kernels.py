@@ -38,13 +38,13 @@ _TREND_SLIP = 0.3
 _CONSTANT_VARIANCE = 4.0
 
 # Priors of the sizes of `DepartureSizes`.
-MAIN_EFFECT_PRIOR = LogNormal(0.5, 1.0, 0.02, 10.0)
-INTERACTION_PRIOR = LogNormal(0.3, 1.0, 0.02, 10.0)
+MAIN_EFFECT_PRIOR = LogNormal(median=0.5, ln_sd=1.0, smallest=0.02, largest=10.0)
+INTERACTION_PRIOR = LogNormal(median=0.3, ln_sd=1.0, smallest=0.02, largest=10.0)
 # The longest lengths are about half the range of slips and twice that of conditions: with longer
 # ones a departure would be rigid, and no departure between the tested points could be expected.
-SLIP_TREND_PRIOR = LogNormal(0.5, 0.7, 0.1, 2.0)
-SLIP_LENGTH_PRIOR = LogNormal(1.5, 0.4, 0.3, 2.5)
-CONDITION_LENGTH_PRIOR = LogNormal(1.0, 0.5, 0.15, 3.0)
+SLIP_TREND_PRIOR = LogNormal(median=0.5, ln_sd=0.7, smallest=0.1, largest=2.0)
+SLIP_LENGTH_PRIOR = LogNormal(median=1.5, ln_sd=0.4, smallest=0.3, largest=2.5)
+CONDITION_LENGTH_PRIOR = LogNormal(median=1.0, ln_sd=0.5, smallest=0.15, largest=3.0)
 
 
 def matern(distance: FloatArray) -> FloatArray:

@@ -38,9 +38,9 @@ from oilfilm.surface.reml import (
 _RATIO_CONSTANT_SD = 1.0
 # Prior of kappa of r, the size of its departure. The smallest one is for oils that differ by a
 # factor alone.
-RATIO_KAPPA_PRIOR = LogNormal(0.05, 1.0, 0.005, 1.0)
+RATIO_KAPPA_PRIOR = LogNormal(median=0.05, ln_sd=1.0, smallest=0.005, largest=1.0)
 # Prior of the difference of the constants of the law, over their standard deviation in a surface.
-LAW_DIFFERENCE_PRIOR = LogNormal(0.1, 0.7, 0.03, 3.0)
+LAW_DIFFERENCE_PRIOR = LogNormal(median=0.1, ln_sd=0.7, smallest=0.03, largest=3.0)
 # Factor on the most likely kappa of r in intervals: oils differ more between the tested conditions
 # than at them.
 _CAUTION_FACTOR = 3.0
@@ -126,8 +126,8 @@ class PairCovariance:
         slopes = _slopes_of_ratio(
             curves.slip_weights_of_coordinates, curves.law_slopes, sizes.law_difference_sd
         )
-        # Count two levels as three: the ratio then gets its own departure between two levels.
-        # `form_bends` covers the misfit that both oils share.
+        # Count fewer levels as three: the ratio then gets a departure of its own along a condition
+        # of one or two levels. The bends that the law has between two levels are among its slopes.
         ratio_box = replace(box, level_counts=np.maximum(box.level_counts, 3))
         return cls(
             common_covariance=CurveCovariance(curves, box, sizes.common_sizes),
@@ -186,9 +186,11 @@ class PairCovariance:
         weight_of_ratio = weight * np.outer(self.half_sign, self.half_sign)
         ratio_gradient = self.ratio_covariance.gradient_by_size(weight_of_ratio)
         law_slopes = self.law_difference_sd * self.common_covariance.curves.law_slopes
-        law_slope = 2 * np.sum(law_slopes * (weight_of_ratio @ law_slopes))
+        law_difference_gradient = 2 * np.sum(law_slopes * (weight_of_ratio @ law_slopes))
         common_gradient = self.common_covariance.gradient_by_size(weight)
-        return np.concatenate([common_gradient, ratio_gradient[_ERROR_SIZE_COUNT:], [law_slope]])
+        return np.concatenate(
+            [common_gradient, ratio_gradient[_ERROR_SIZE_COUNT:], [law_difference_gradient]]
+        )
 
 
 def pair_objective(
@@ -230,7 +232,7 @@ def most_likely_pair_sizes(
 def _slopes_of_ratio(
     weights: SlipWeights, law_slopes: FloatArray, law_difference_sd: float
 ) -> FloatArray:
-    """Slopes of r by its constant part and by the constants of the law, shape (rows, slopes).
+    """Slopes of r by its constant part and by what is free in the law, shape (rows, slopes).
 
     Args:
         weights: Weight of each slip in each row, shape (rows, slips).

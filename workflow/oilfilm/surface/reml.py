@@ -37,10 +37,10 @@ from oilfilm.surface.kernels import (
 from oilfilm.surface.reduction import ReducedCurves
 
 # Prior of kappa, the misfit of the law, that allows any law from an exact to a wrong one.
-MISFIT_KAPPA_PRIOR = LogNormal(0.03, 2.0, 1e-4, 3.0)
+MISFIT_KAPPA_PRIOR = LogNormal(median=0.03, ln_sd=2.0, smallest=1e-4, largest=3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.
-INTERVAL_KAPPA_PRIOR = LogNormal(0.25, 0.7, 0.12, 3.0)
+INTERVAL_KAPPA_PRIOR = LogNormal(median=0.25, ln_sd=0.7, smallest=0.12, largest=3.0)
 # Largest number of steps of the search.
 _ITERATIONS = 300
 # The search ends at a step in which the likelihood rises by less than this, relatively.

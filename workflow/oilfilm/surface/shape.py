@@ -549,7 +549,10 @@ def _known_error_priors(fit: _RobustFit, error_priors: ErrorPriors) -> ErrorPrio
     for name, size in zip(names, np.exp(fit.logarithms[: len(names)]), strict=True):
         range_factor = np.exp(_KNOWN_LN_SD)
         known_priors[name] = LogNormal(
-            float(size), _KNOWN_LN_SD, float(size / range_factor), float(size * range_factor)
+            median=float(size),
+            ln_sd=_KNOWN_LN_SD,
+            smallest=float(size / range_factor),
+            largest=float(size * range_factor),
         )
     return replace(error_priors, **known_priors)
 
