@@ -261,3 +261,16 @@ def test_curves_below_zero_degrees_are_said_to_be_not_judged():
     assert run_id == "03"
     assert sentence.startswith("shape_not_judged")
     assert "-5 degC" in sentence
+
+
+@pytest.mark.parametrize("share_of_truth", [0.01, 0.001])
+def test_curves_without_traction_are_said_to_be_not_judged(share_of_truth: float):
+    slips = np.array([0.0065, 0.013, 0.0195])
+    points, runs = tables_of("sol", TWELVE[:8], slips, same_oil=True)
+    for name in ("traction_coefficient", "traction_coefficient_se"):
+        points[name] *= share_of_truth
+    verdicts = judge_shapes(points, runs)
+    assert verdicts.refusals == []
+    assert verdicts.unjudged_ids == set(runs["run_id"])
+    assert [run_id for run_id, _ in verdicts.warnings] == list(runs["run_id"])
+    assert all(sentence.startswith("shape_not_judged") for _, sentence in verdicts.warnings)

@@ -18,6 +18,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.logs.base import Refusal
 from oilfilm.surface.measurements import Measurements, scaled_slip
+from oilfilm.surface.quick_law import NoClearTractionError
 from oilfilm.surface.shape import FEWEST_CURVES, REFUSED_ODDNESS, CurveShape, curve_shapes
 from oilfilm.traction import PAPER_LAW
 
@@ -66,7 +67,9 @@ class ShapeVerdicts:
     Attributes:
         refusals: Refusals of runs whose curve contradicts the others.
         warnings: Id of a run, and a sentence about it.
-        unjudged_ids: Ids of runs whose curve the others cannot judge.
+        unjudged_ids: Ids of runs that were compared with four others or more, which cannot judge
+            their curve. Runs that were not compared are not among them: those with fewer others,
+            at 0 degC and below, or of unknown condition.
     """
 
     refusals: list[Refusal] = field(default_factory=list)
@@ -140,7 +143,14 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         slip=points["slide_roll_ratio"].to_numpy(float),
         mu=points["traction_coefficient"].to_numpy(float),
     )
-    for shape in curve_shapes(measurements, PAPER_LAW):
+    try:
+        shapes = curve_shapes(measurements, PAPER_LAW)
+    except NoClearTractionError:
+        sentence = sentence_named("shape_without_traction", curves=len(run_ids))
+        verdicts.warnings.extend((str(run_id), sentence) for run_id in run_ids)
+        verdicts.unjudged_ids.update(map(str, run_ids))
+        return
+    for shape in shapes:
         run_id = str(run_ids[shape.curve_index])
         if shape.is_odd:
             refusal = _refusal_of_shape(
