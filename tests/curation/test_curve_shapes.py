@@ -240,6 +240,18 @@ def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
         assert sentence.startswith("shape_not_judged")
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+def test_single_curve_is_judged_in_both_directions(direction: int):
+    points, runs = tables_of("sol", ALONE, EVEN_SLIPS, same_oil=True)
+    points["traction_coefficient"] = film_collapse(
+        points["traction_coefficient"].to_numpy(), EVEN_SLIPS, ALONE[0, 0]
+    )
+    for name in ("slide_roll_ratio", "traction_coefficient"):
+        points[name] *= direction
+    ((_, sentence),) = judge_shapes(points, runs).warnings
+    assert sentence.startswith("odd_alone")
+
+
 def test_points_without_pressure_are_not_judged_by_others():
     points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
     is_scuffed = (points["run_id"] == "03") & (points["slide_roll_ratio"] > 0.05)
