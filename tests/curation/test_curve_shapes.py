@@ -240,6 +240,18 @@ def test_curves_that_are_far_from_each_other_are_said_to_be_not_judged():
         assert sentence.startswith("shape_not_judged")
 
 
+@pytest.mark.parametrize("direction", [1, -1])
+def test_single_curve_is_judged_in_both_directions(direction: int):
+    points, runs = tables_of("sol", ALONE, EVEN_SLIPS, same_oil=True)
+    points["traction_coefficient"] = film_collapse(
+        points["traction_coefficient"].to_numpy(), EVEN_SLIPS, ALONE[0, 0]
+    )
+    for name in ("slide_roll_ratio", "traction_coefficient"):
+        points[name] *= direction
+    ((_, sentence),) = judge_shapes(points, runs).warnings
+    assert sentence.startswith("odd_alone")
+
+
 def test_points_without_pressure_are_not_judged_by_others():
     points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
     is_scuffed = (points["run_id"] == "03") & (points["slide_roll_ratio"] > 0.05)
@@ -261,3 +273,16 @@ def test_curves_below_zero_degrees_are_said_to_be_not_judged():
     assert run_id == "03"
     assert sentence.startswith("shape_not_judged")
     assert "-5 degC" in sentence
+
+
+@pytest.mark.parametrize("share_of_truth", [0.01, 0.001])
+def test_curves_without_traction_are_said_to_be_not_judged(share_of_truth: float):
+    slips = np.array([0.0065, 0.013, 0.0195])
+    points, runs = tables_of("sol", TWELVE[:8], slips, same_oil=True)
+    for name in ("traction_coefficient", "traction_coefficient_se"):
+        points[name] *= share_of_truth
+    verdicts = judge_shapes(points, runs)
+    assert verdicts.refusals == []
+    assert verdicts.unjudged_ids == set(runs["run_id"])
+    assert [run_id for run_id, _ in verdicts.warnings] == list(runs["run_id"])
+    assert all(sentence.startswith("shape_not_judged") for _, sentence in verdicts.warnings)

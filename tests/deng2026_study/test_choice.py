@@ -111,17 +111,29 @@ def test_operating_points_without_a_choice_are_told_by_reason(config: Settings) 
     assert "No choice at 1 operating point: the choice depends on a film" in text
 
 
+@pytest.mark.parametrize(
+    ("cage_slip", "shown", "not_shown"),
+    [
+        (0.1, "truly slips by more than 2 %, the law is off by", "nowhere"),
+        (0.01, "truly slips by more than 2 % nowhere", "not known"),
+    ],
+)
 def test_report_tells_the_slip_above_which_relative_errors_count(
-    config: Settings, monkeypatch: pytest.MonkeyPatch
+    config: Settings, monkeypatch: pytest.MonkeyPatch, cage_slip: float, shown: str, not_shown: str
 ) -> None:
-    monkeypatch.setattr(study, "_SMALLEST_RELATIVE_SLIP", 0.02)
+    monkeypatch.setattr(study, "_SMALLEST_SLIP_FOR_RELATIVE_ERROR", 0.02)
     points = pd.DataFrame(dict.fromkeys(OPERATING_POINT_COLUMNS, np.arange(1.0)))
     advice = points.assign(bearing="any", judgement="agree", true_judgement="agree")
-    truth = points.assign(bearing="any", cage_slip=0.1)
+    law_columns = {"law_cage_slip": 0.1, "law_torque_n_m": 1.0, "torque_n_m": 1.0}
+    truth = points.assign(bearing="any", cage_slip=cage_slip, **law_columns)
     results = CampaignTables.from_frames(
         slip_advice=tables.filled_table(advice, "slip_advice"),
         cage_slip=tables.filled_table(truth, "cage_slip"),
         true_cage_slip=tables.filled_table(truth, "true_cage_slip"),
     )
     (section,) = [each for each in sections(results, config) if each.anchor == "choice"]
-    assert any("truly slips by more than 2 %" in fact.text for fact in section.facts)
+    (text_of_truth,) = [fact.text for fact in section.facts if "truly slips" in fact.text]
+    assert shown in text_of_truth
+    assert not_shown not in text_of_truth
+    # without intervals none is counted
+    assert "0 of 0" not in text_of_truth

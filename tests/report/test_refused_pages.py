@@ -26,6 +26,7 @@ from oilfilm.report.figures.refused_runs import (
     page_name,
 )
 from oilfilm.report.figures.sheet import save
+from oilfilm.settings.resolved import Settings
 from pcs_exports import traction_export
 from reports import rows
 
@@ -187,3 +188,34 @@ def test_refused_torque_log_has_its_page_with_traction_logs(demo: Campaign, tmp_
     assert drawn.loc[drawn["page"] != "", "run_id"].tolist() == one["run_id"].tolist()
     entry = pages.set_index("run_id").loc["stuck.csv"]
     assert (entry["rule"], entry["place"], entry["first_row"]) == ("stuck_sensor", "rows", 121)
+
+
+def brief_log() -> bytes:
+    """A torque log with one level that is too brief for a plateau, and two that are too short."""
+    levels = np.repeat([0, 1, 2, 3, 0], [120, 70, 30, 70, 120])
+    log = torque_logs.measured(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed=1)
+    return torque_logs.text(log)
+
+
+@pytest.mark.parametrize(
+    ("logs", "run_id", "rule"),
+    [
+        ([("a.csv", brief_log())], "a.csv", "too_short"),
+        (
+            [(name, torque_logs.text(torque_logs.signals())) for name in ("a.csv", "b.csv")],
+            *("b.csv", "duplicate_log"),
+        ),
+    ],
+    ids=["refused with a level", "copy"],
+)
+def test_each_refused_torque_run_is_listed_once(
+    config: Settings, logs: list[tuple[str, bytes]], run_id: str, rule: str
+) -> None:
+    quarantine = curate_logs(logs, config, TorqueRig).quarantine
+    refused_logs = [log for log in logs if log[0] in set(quarantine["file"])]
+    judged = judged_torque_logs(refused_logs, quarantine, config)
+    listed = list_refusals(judged.runs, judged.points, judged.quarantine, 9, judged.rig_class)
+    assert listed["run_id"].is_unique
+    entry = listed.set_index("run_id").loc[run_id]
+    assert entry["rule"] == rule
+    assert entry["page"] != ""

@@ -85,11 +85,11 @@ def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> l
 
 def _caveats(printed: PrintedLaw) -> Iterator[str]:
     """Sentences for a user of the printed constants."""
-    constants_by_sign: dict[str, list[str]] = {}
-    for constant, certainty in printed.sign_certainty.items():
-        constants_by_sign.setdefault(f"sign {certainty}", []).append(constant)
+    names_by_certainty: dict[str, list[str]] = {}
+    for name, certainty in printed.sign_certainty.items():
+        names_by_certainty.setdefault(certainty, []).append(name)
     signs_text = "; ".join(
-        f"{sign}: {', '.join(names)}" for sign, names in constants_by_sign.items()
+        f"sign {certainty}: {', '.join(names)}" for certainty, names in names_by_certainty.items()
     )
     yield (
         "They are as printed, not refitted: without errors and intervals. The tested box is that "
@@ -146,7 +146,7 @@ BASIS_LABELS = {
     UNDOUBTED: "printed constants without doubtful oils",
 }
 # Smallest cage slip whose relative error means something.
-_SMALLEST_RELATIVE_SLIP = 0.01
+_SMALLEST_SLIP_FOR_RELATIVE_ERROR = 0.01
 # Where the oil that the paper advises is not the best one, by column `judgement` of `slip_advice`.
 DISAGREEMENT_TEXTS = {
     "slips": "The advised oil exceeds the limit of cage slip, and another oil does not,",
@@ -447,7 +447,7 @@ def _choice_section(results: CampaignTables) -> Section:
         varied=scenarios[["limit_factor", "inlet_temperature_c"]].agg(["min", "max"]),
         points_where_good={oil: good_oils.count(oil) for oil in dict.fromkeys(good_oils)},
         truth=choice_by_truth(advice, results.true_cage_slip),
-        smallest_slip=_SMALLEST_RELATIVE_SLIP,
+        smallest_slip=_SMALLEST_SLIP_FOR_RELATIVE_ERROR,
         share=STAYS_BEST_SHARE,
         certainty=certainty if certainty["draws_answered"].any() else None,
     )
@@ -475,12 +475,13 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
 
     Returns:
         Numbers of operating points, and relative errors of the fitted law in cage slip and torque.
-        None where mu was measured, so that there is no known truth.
+        The error of the slip is NaN where no point slips enough. None where mu was measured, so
+        that there is no known truth.
     """
     if truth.empty:
         return None
     judged = advice[~advice["true_judgement"].isin(JUDGEMENTS_WITHOUT_CHOICE)]
-    slipping_rows = truth[truth["cage_slip"] > _SMALLEST_RELATIVE_SLIP]
+    slipping_rows = truth[truth["cage_slip"] > _SMALLEST_SLIP_FOR_RELATIVE_ERROR]
     torque_errors = (truth["law_torque_n_m"] / truth["torque_n_m"] - 1).abs()
     slip_is_inside = slipping_rows["cage_slip_inside"].dropna()
     torque_is_inside = truth["torque_inside"].dropna()
@@ -492,6 +493,7 @@ def choice_by_truth(advice: pd.DataFrame, truth: pd.DataFrame) -> dict[str, floa
         "slips_in_interval": int(slip_is_inside.sum()),
         "torques_with_interval": len(torque_is_inside),
         "torques_in_interval": int(torque_is_inside.sum()),
+        "slipping": len(slipping_rows),
         "median_slip_error": float(
             (slipping_rows["law_cage_slip"] / slipping_rows["cage_slip"] - 1).abs().median()
         ),

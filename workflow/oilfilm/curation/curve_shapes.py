@@ -18,6 +18,7 @@ from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.curation.gate import refusal_by, sentence_named
 from oilfilm.logs.base import Refusal
 from oilfilm.surface.measurements import Measurements, scaled_slip
+from oilfilm.surface.quick_law import NoClearTractionError
 from oilfilm.surface.shape import FEWEST_CURVES, REFUSED_ODDNESS, CurveShape, curve_shapes
 from oilfilm.traction import PAPER_LAW
 
@@ -66,7 +67,9 @@ class ShapeVerdicts:
     Attributes:
         refusals: Refusals of runs whose curve contradicts the others.
         warnings: Id of a run, and a sentence about it.
-        unjudged_ids: Ids of runs whose curve the others cannot judge.
+        unjudged_ids: Ids of runs that were compared with four others or more, which cannot judge
+            their curve. Runs that were not compared are not among them: those with fewer others,
+            at 0 degC and below, or of unknown condition.
     """
 
     refusals: list[Refusal] = field(default_factory=list)
@@ -77,6 +80,9 @@ class ShapeVerdicts:
 def judge_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
     """The verdicts on the shapes of all accepted runs of a traction rig.
 
+    A run of negative slip is judged as one of positive slip, and its verdict states positive
+    values. Of a run in both directions only the points of positive slip are judged.
+
     Args:
         points: Table of points; those of accepted runs are judged.
         runs: Table of runs.
@@ -84,11 +90,10 @@ def judge_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
     verdicts = ShapeVerdicts()
     accepted_runs = runs[runs["verdict"] == "accepted"]
     rig_of_run = accepted_runs.set_index("run_id")["rig"]
-    is_sliding = points["slide_roll_ratio"] >= _LEAST_SLIDING_SLIP
-    is_sliding &= points["traction_coefficient"].notna()
-    judged_points = points[
-        points["accepted"] & is_sliding & points["run_id"].isin(rig_of_run.index)
-    ]
+    accepted_points = points[points["accepted"] & points["run_id"].isin(rig_of_run.index)]
+    accepted_points = _with_positive_slip(accepted_points)
+    is_sliding = accepted_points["slide_roll_ratio"] >= _LEAST_SLIDING_SLIP
+    judged_points = accepted_points[is_sliding & accepted_points["traction_coefficient"].notna()]
     judged_points = judged_points.sort_values(["run_id", "slide_roll_ratio"], kind="stable")
     rig_of_point = judged_points["run_id"].map(rig_of_run)
     for _, points_of_oil_and_rig in judged_points.groupby(["oil", rig_of_point], sort=True):
@@ -105,6 +110,16 @@ def judge_shapes(points: pd.DataFrame, runs: pd.DataFrame) -> ShapeVerdicts:
         for run_id, curve in points_of_oil_and_rig[is_judged_alone].groupby("run_id"):
             verdicts.warnings.extend(_warnings_without_others(str(run_id), curve))
     return verdicts
+
+
+def _with_positive_slip(points: pd.DataFrame) -> pd.DataFrame:
+    """Points, with slip and mu of the other sign in runs that slide at negative slip only."""
+    largest_slip_of_run = points.groupby("run_id")["slide_roll_ratio"].transform("max")
+    columns = ["slide_roll_ratio", "traction_coefficient"]
+    turned_values = points[columns].mask(
+        largest_slip_of_run < _LEAST_SLIDING_SLIP, -points[columns]
+    )
+    return points.assign(**turned_values)
 
 
 def _is_mu_certain(points: pd.DataFrame) -> "pd.Series[bool]":
@@ -140,7 +155,14 @@ def _judge_beside_others(points: pd.DataFrame, verdicts: ShapeVerdicts) -> None:
         slip=points["slide_roll_ratio"].to_numpy(float),
         mu=points["traction_coefficient"].to_numpy(float),
     )
-    for shape in curve_shapes(measurements, PAPER_LAW):
+    try:
+        shapes = curve_shapes(measurements, PAPER_LAW)
+    except NoClearTractionError:
+        sentence = sentence_named("shape_without_traction", curves=len(run_ids))
+        verdicts.warnings.extend((str(run_id), sentence) for run_id in run_ids)
+        verdicts.unjudged_ids.update(map(str, run_ids))
+        return
+    for shape in shapes:
         run_id = str(run_ids[shape.curve_index])
         if shape.is_odd:
             refusal = _refusal_of_shape(
@@ -192,12 +214,12 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
     # where the error of a point is not known, a jump may be noise
     points_with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
     slip, mu, error = points_with_errors[columns].to_numpy(float).T
-    noise = _ERRORS_OF_NOISE * error
+    noise_limit = _ERRORS_OF_NOISE * error
     mask_of_sentence = {
-        "rises_too_fast": _rises_too_fast(slip, mu, noise),
-        "falls_too_fast": _falls_too_fast(slip, mu, noise),
-        "two_peaks": _is_in_valley(mu, noise),
-        "single_level": _is_single_level(slip, mu, noise),
+        "rises_too_fast": _rises_too_fast(slip, mu, noise_limit),
+        "falls_too_fast": _falls_too_fast(slip, mu, noise_limit),
+        "two_peaks": _is_in_valley(mu, noise_limit),
+        "single_level": _is_single_level(slip, mu, noise_limit),
     }
     for sentence_name, is_beyond in mask_of_sentence.items():
         indices_beyond = np.flatnonzero(is_beyond)
@@ -213,31 +235,31 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
             return
 
 
-def _rises_too_fast(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolArray:
+def _rises_too_fast(slip: FloatArray, mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
     """Whether mu rises to each point but the first faster than the slip, shape (points - 1,)."""
-    largest_mu_before = np.maximum(mu[:-1], 0.0) + noise[:-1] + _ZERO_ERROR
+    largest_mu_before = np.maximum(mu[:-1], 0.0) + noise_limit[:-1] + _ZERO_ERROR
     return np.asarray(
-        mu[1:] - noise[1:] > _MARGIN_FACTOR * largest_mu_before * slip[1:] / slip[:-1]
+        mu[1:] - noise_limit[1:] > _MARGIN_FACTOR * largest_mu_before * slip[1:] / slip[:-1]
     )
 
 
-def _falls_too_fast(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolArray:
+def _falls_too_fast(slip: FloatArray, mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
     """Whether mu falls to each point but the first faster than by heat, shape (points - 1,)."""
     smallest_allowed_mu = (
-        (mu[:-1] - noise[:-1]) * (slip[:-1] / slip[1:]) ** _STEEPEST_FALL / _MARGIN_FACTOR
+        (mu[:-1] - noise_limit[:-1]) * (slip[:-1] / slip[1:]) ** _STEEPEST_FALL / _MARGIN_FACTOR
     )
-    return np.asarray(mu[1:] + noise[1:] + _ZERO_ERROR < smallest_allowed_mu)
+    return np.asarray(mu[1:] + noise_limit[1:] + _ZERO_ERROR < smallest_allowed_mu)
 
 
-def _is_in_valley(mu: FloatArray, noise: FloatArray) -> BoolArray:
+def _is_in_valley(mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
     """Whether each point but the first is in a valley between two peaks, shape (points - 1,)."""
-    highest_before = np.maximum.accumulate(mu - noise)
-    highest_after = np.maximum.accumulate((mu - noise)[::-1])[::-1]
+    highest_before = np.maximum.accumulate(mu - noise_limit)
+    highest_after = np.maximum.accumulate((mu - noise_limit)[::-1])[::-1]
     lower_edge = np.minimum(highest_before, highest_after)
-    return np.asarray((lower_edge > _DEEPEST_VALLEY * (mu + noise))[1:])
+    return np.asarray((lower_edge > _DEEPEST_VALLEY * (mu + noise_limit))[1:])
 
 
-def _is_single_level(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> BoolArray:
+def _is_single_level(slip: FloatArray, mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
     """Whether each point but the first leaves a curve that is smooth without it, (points - 1,).
 
     The curve is a polynomial of ln mu over the scaled slip through two neighbours on either side.
@@ -262,7 +284,7 @@ def _is_single_level(slip: FloatArray, mu: FloatArray, noise: FloatArray) -> Boo
     worst_level_index = int(first_largest(excess))
     worst_point_index = point_indices_of_levels[worst_level_index]
     deviation_size = (
-        abs(deviation[worst_level_index]) - noise[worst_point_index] / mu[worst_point_index]
+        abs(deviation[worst_level_index]) - noise_limit[worst_point_index] / mu[worst_point_index]
     )
     is_off[worst_point_index] = (
         excess[worst_level_index] > _LEAST_EXCESS_RATIO and deviation_size > _LEAST_LOG_DEVIATION

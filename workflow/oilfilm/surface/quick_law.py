@@ -24,6 +24,10 @@ _USUAL_RESIDUAL = 0.1
 _MAX_EVALUATIONS = 60
 
 
+class NoClearTractionError(ValueError):
+    """No measured mu is clear of the error of the zero."""
+
+
 def quick_law(
     law: Law, measurements: Measurements, smallest_mu: float, start_fit: FreeLaw | None = None
 ) -> FreeLaw:
@@ -38,11 +42,11 @@ def quick_law(
         start_fit: A fit to nearly the same points, at which the search starts.
 
     Raises:
-        ValueError: No point has a mu of `smallest_mu` or more.
+        NoClearTractionError: No point has a mu of `smallest_mu` or more.
     """
     is_clear = measurements.mu >= smallest_mu
     if not is_clear.any():
-        raise ValueError(
+        raise NoClearTractionError(
             f"no mu is {smallest_mu:g} or more; check the unit of mu and the zero of the rig"
         )
     conditions = measurements.point_conditions[is_clear]

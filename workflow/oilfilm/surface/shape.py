@@ -43,7 +43,7 @@ from oilfilm.surface.kernels import ConditionBox
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.measurements import Measurements, scaled_conditions
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, farthest_point_selection
-from oilfilm.surface.quick_law import quick_law
+from oilfilm.surface.quick_law import NoClearTractionError, quick_law
 from oilfilm.surface.reduction import (
     ReducedCurves,
     box_of,
@@ -405,7 +405,8 @@ def curve_shapes(
         error_priors: Priors of the sizes of the errors of the rig.
 
     Raises:
-        ValueError: There are fewer curves, or no point is clear of zero traction.
+        ValueError: There are fewer curves.
+        NoClearTractionError: No point is clear of zero traction.
     """
     error_priors = error_priors or ErrorPriors()
     if len(measurements.conditions) < FEWEST_CURVES:
@@ -508,7 +509,7 @@ def _first_fit(
     fitted = quick_law(law, measurements, _LARGEST_ZERO_IN_SDS * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO_IN_SDS * zero_sd)
     if not is_clear.any():
-        raise ValueError("no mu is clear of the error of the zero")
+        raise NoClearTractionError("no mu is clear of the error of the zero")
     curves = reduced_curves(
         measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
     )

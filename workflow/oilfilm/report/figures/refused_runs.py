@@ -15,7 +15,7 @@ from matplotlib.patches import Patch
 
 from oilfilm import tables
 from oilfilm.base.units import FloatArray
-from oilfilm.curation.curate import arrays_of_samples, curate_samples
+from oilfilm.curation.curate import CuratedTables, arrays_of_samples, curate_samples
 from oilfilm.curation.plateau_gates import PLATEAU_GATES
 from oilfilm.curation.rig_kind import RigKind, Signals
 from oilfilm.curation.torque_rig import TorqueRig
@@ -29,7 +29,7 @@ from oilfilm.tables import failed_gates
 from oilfilm.tables.set_points import describe_condition
 
 # Columns of the plateaus that a page marks.
-MARKED_POINT_COLUMNS = ("run_id", "first_row", "last_row", "accepted", "failed_gates")
+MARKED_POINT_COLUMNS = ("run_id", "first_row", "last_row", "failed_gates")
 # Number of letters of 7 pt in a line of the page.
 _LETTERS_PER_LINE = 112
 # Height of all panels together.
@@ -49,14 +49,14 @@ class JudgedLogs:
     """The results of curation of the logs of one kind of rig.
 
     Attributes:
-        rig_kind: The kind of rig.
+        rig_class: The class of the kind of rig.
         runs: Table of runs.
         points: Table of plateaus.
         quarantine: Table of refusals.
         samples_of_run: Function that gives the samples of a run, by its name.
     """
 
-    rig_kind: type[RigKind]
+    rig_class: type[RigKind]
     runs: pd.DataFrame
     points: pd.DataFrame
     quarantine: pd.DataFrame
@@ -80,8 +80,29 @@ def judged_torque_logs(
     ingested = ingest_logs(logs, settings, TorqueRig.log_schema, run_sheet)
     samples = ingested.all_samples()
     curated = curate_samples(samples, ingested.runs, TorqueRig(settings))
+    runs = _with_refusals_by_comparison(curated, quarantine)
     samples_of_run = samples.groupby("run_id").get_group
-    return JudgedLogs(TorqueRig, curated.runs, curated.points, quarantine, samples_of_run)
+    return JudgedLogs(TorqueRig, runs, curated.points, quarantine, samples_of_run)
+
+
+def _with_refusals_by_comparison(curated: CuratedTables, quarantine: pd.DataFrame) -> pd.DataFrame:
+    """Runs that were curated one by one, with their refusals by comparison with other runs.
+
+    Args:
+        curated: The tables of these runs.
+        quarantine: Table of all refusals.
+    """
+    runs = curated.runs
+    refusal_columns = ["run_id", "rule", "reason"]
+    is_found_again = pd.MultiIndex.from_frame(quarantine[refusal_columns]).isin(
+        pd.MultiIndex.from_frame(curated.quarantine[refusal_columns])
+    )
+    is_of_run = quarantine["stage"].eq("curate") & quarantine["run_id"].isin(runs["run_id"])
+    by_comparison = quarantine[is_of_run & ~is_found_again]
+    refused_runs = runs.set_index("run_id")
+    for column in ("rule", "reason"):
+        refused_runs.loc[by_comparison["run_id"], column] = by_comparison[column].to_numpy()
+    return refused_runs.reset_index()
 
 
 def draw_pages(
@@ -102,7 +123,7 @@ def draw_pages(
     pages_left = pages_max
     for judged in logs_by_kind:
         entries = list_refusals(
-            judged.runs, judged.points, judged.quarantine, pages_left, judged.rig_kind
+            judged.runs, judged.points, judged.quarantine, pages_left, judged.rig_class
         )
         with_page = entries[entries["page"] != ""]
         for entry in tables.rows(with_page):
@@ -110,7 +131,7 @@ def draw_pages(
             (run,) = tables.rows(judged.runs[judged.runs["run_id"] == run_id])
             plateaus = judged.points[judged.points["run_id"] == run_id]
             samples = judged.samples_of_run(run_id)
-            page = draw_page(entry, run, samples, plateaus, settings, judged.rig_kind)
+            page = draw_page(entry, run, samples, plateaus, settings, judged.rig_class)
             save(page, folder / entry["page"])
         pages_left -= len(with_page)
         entries_by_kind.append(entries)
@@ -122,7 +143,7 @@ def list_refusals(
     points: pd.DataFrame,
     quarantine: pd.DataFrame,
     pages_max: int,
-    kind: type[RigKind] = TractionRig,
+    rig_class: type[RigKind] = TractionRig,
 ) -> pd.DataFrame:
     """Every refused run and every log without a run, with the name of its page if it gets one.
 
@@ -134,7 +155,7 @@ def list_refusals(
         points: Table of plateaus.
         quarantine: Table of refusals.
         pages_max: Largest number of pages.
-        kind: The kind of rig.
+        rig_class: The class of the kind of rig.
 
     Returns:
         Table `refused_pages`.
@@ -156,7 +177,7 @@ def list_refusals(
         marked_by, first_row, last_row = _rows_to_mark(
             quarantine[same_refusal], points[points["run_id"] == run_id]
         )
-        page = page_name(run_id, kind.name)
+        page = page_name(run_id, rig_class.name)
         marks.append(
             {"place": marked_by, "first_row": first_row, "last_row": last_row, "page": page}
         )
@@ -169,11 +190,11 @@ def list_refusals(
 
 def _refusals_of_runs_and_logs(runs: pd.DataFrame, quarantine: pd.DataFrame) -> pd.DataFrame:
     """The rows of the quarantine that refuse a run, or a log without any run, by file and run."""
-    rule_of_run = runs.set_index("run_id")["rule"]
-    # other rows of the quarantine concern single levels of a run
-    refuses_run = quarantine["stage"].eq("curate") & quarantine["rule"].eq(
-        quarantine["run_id"].map(rule_of_run)
-    )
+    run_by_id = runs.set_index("run_id")
+    refuses_run = quarantine["stage"].eq("curate")
+    # the row of a single level may have the rule of its run, but it has another reason
+    for column in ("rule", "reason"):
+        refuses_run &= quarantine[column].eq(quarantine["run_id"].map(run_by_id[column]))
     has_no_run = ~quarantine["run_id"].isin(runs["run_id"])
     # a row without a run, on a file that has runs, does not refuse the file
     concerns_part_of_file = quarantine["run_id"].eq("") & quarantine["file"].isin(runs["file"])
@@ -203,7 +224,7 @@ def draw_page(
     samples: pd.DataFrame,
     points: pd.DataFrame,
     settings: Settings,
-    kind: type[RigKind] = TractionRig,
+    rig_class: type[RigKind] = TractionRig,
 ) -> Figure:
     """One page: the reason in words, then the signals against time with the rows marked.
 
@@ -213,16 +234,16 @@ def draw_page(
         samples: Its samples.
         points: Its plateaus.
         settings: Settings of the campaign.
-        kind: The kind of rig.
+        rig_class: The class of the kind of rig.
     """
-    signals = kind.make_signals(arrays_of_samples(samples), run["rig"], settings)
+    signals = rig_class.make_signals(arrays_of_samples(samples), run["rig"], settings)
     has_times = bool(np.isfinite(signals.time_s).all())
     # readings without a clock are drawn over their rows
     if not has_times:
         signals = replace(signals, time_s=signals.row_numbers.astype(float))
     abscissa = signals.time_s
     heading_lines = _heading_lines(entry, run)
-    panel_count = len(kind.shown_signals)
+    panel_count = len(rig_class.shown_signals)
     # sizes in inches
     sheet = Sheet(
         panel_count,
@@ -235,7 +256,7 @@ def draw_page(
     )
     fails_own_gates = _fails_own_gates(points)
     refused_times = _time_range(signals, entry["first_row"], entry["last_row"])
-    for index, (name, label) in enumerate(kind.shown_signals.items()):
+    for index, (name, label) in enumerate(rig_class.shown_signals.items()):
         panel = sheet.panel(index, title=None)
         panel.axes.set_ylabel(label, fontsize=7)
         panel.axes.yaxis.set_label_coords(-0.095, 0.5)
