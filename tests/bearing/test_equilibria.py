@@ -26,11 +26,11 @@ def mainshaft_problem(
 # (mainshaft-167, the printed laws).
 SKIDDING = [
     ("4010", 12000, 70.0, 5200.0, 0.21241),
-    ("4010", 12000, 70.0, 775.0, 0.90803),
-    ("4010", 18000, 40.0, 1059.0, 0.96716),
+    nightly("4010", 12000, 70.0, 775.0, 0.90803),
+    nightly("4010", 18000, 40.0, 1059.0, 0.96716),
     ("4102", 18000, 40.0, 500.0, 0.99751),
-    ("4102", 18000, 40.0, 603.0, 0.99472),
-    ("4102", 18000, 40.0, 728.0, 0.99070),
+    nightly("4102", 18000, 40.0, 603.0, 0.99472),
+    nightly("4102", 18000, 40.0, 728.0, 0.99070),
 ]
 
 
@@ -95,6 +95,7 @@ def test_a_motion_is_exact_where_the_curve_of_its_bands_stalls():
     assert not motion.held_by_band().any()
 
 
+@pytest.mark.nightly
 def test_a_motion_between_the_sides_of_a_jump_is_found_again_beside_itself():
     # random draws are looked for in this way, 5 000 N beside it has no jump
     equilibrium = friction_equilibrium(

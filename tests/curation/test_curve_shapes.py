@@ -11,7 +11,7 @@ from bad_curves import DAMAGES, Damage, film_collapse, late_by_a_step, one_step_
 from bad_logs import CONFIG, RATE_HZ
 from campaigns import rig_contact
 from lawless_truths import TRUTHS
-from nights import quick_ones
+from nights import nightly, quick_ones
 from oilfilm.base.units import FloatArray
 from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.curve_shapes import judge_shapes
@@ -166,7 +166,9 @@ def test_first_log_alone_is_warned_about_what_no_oil_does(
     assert (curated.runs["verdict"] == "accepted").all()
 
 
-@pytest.mark.parametrize("slips", [TEN_SLIPS, SIX_SLIPS, EVEN_SLIPS], ids=["ten", "six", "even"])
+@pytest.mark.parametrize(
+    "slips", [nightly(TEN_SLIPS), nightly(SIX_SLIPS), EVEN_SLIPS], ids=["ten", "six", "even"]
+)
 def test_first_log_alone_is_accepted_where_an_oil_may_have_its_curve(slips: FloatArray):
     for condition in (TWELVE[:1], TWELVE[-1:], ALONE):
         assert told(judged(condition, slips)) == {}

@@ -155,7 +155,7 @@ def test_ramp_gives_the_planted_curve_whatever_the_lag_is(slip: Slip, lag_s: flo
 @pytest.mark.parametrize(
     ("rate_hz", "noise_n", "relative"),
     # 0.2 N is 3 % of the largest force, and 10 % of the smallest one that is read
-    [(5, 0.02, 0.015), (20, 0.2, 0.03), (100, 0.2, 0.015), (1000, 0.2, 0.015)],
+    [(5, 0.02, 0.015), (20, 0.2, 0.03), nightly(100, 0.2, 0.015), (1000, 0.2, 0.015)],
 )
 def test_ramps_of_all_rates_are_read(rate_hz: float, noise_n: float, relative: float) -> None:
     check_curve(curated(ramp(TRIANGLE, rate_hz=rate_hz, noise_n=noise_n)), relative)
@@ -223,7 +223,7 @@ def test_ramp_that_is_too_fast_for_a_curve_is_refused_for_it() -> None:
     load_factor=st.sampled_from([1.0, 0.0, -1.0]),
     zero=st.sampled_from(["rolling_phases", "opening_phase", "standstill", "already_removed"]),
 )
-@examples(0.2)
+@examples(0.1)
 def test_any_slip_that_moves_ends_in_a_verdict(
     period_s: float, largest_slip: float, rate_hz: float, load_factor: float, zero: str
 ) -> None:
@@ -369,7 +369,7 @@ def test_steps_that_are_held_briefly_are_no_ramp() -> None:
     assert not any(text.startswith("slip_ramp") for text in warnings)
 
 
-@pytest.mark.parametrize("wrong_load_n", [0.0, -0.05, 500.0])
+@pytest.mark.parametrize("wrong_load_n", [nightly(0.0), nightly(-0.05), 500.0])
 def test_one_wrong_load_in_a_ramp_costs_nothing(wrong_load_n: float) -> None:
     log = ramp(TRIANGLE)
     lines = log.decode().splitlines()

@@ -11,6 +11,7 @@ import pytest
 
 import torque_logs
 from bad_logs import CONFIG, KEYS, UNITS, Columns, csv, good
+from nights import nightly
 from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.curation.run_gates import impossible_traction, same_channel, two_conditions
@@ -232,8 +233,8 @@ def with_levels_changed(phases: tuple[float, ...], levels: range, factor: float)
     ("phases", "faulty", "refused"),
     [
         ((0.0, 0.05, 0.1, 0.0), 1, False),
-        ((0.0, 0.05, 0.1, 0.15, 0.0), 1, False),
-        ((0.0, 0.05, 0.1, 0.15, 0.2, 0.0), 3, True),
+        nightly((0.0, 0.05, 0.1, 0.15, 0.0), 1, False),
+        nightly((0.0, 0.05, 0.1, 0.15, 0.2, 0.0), 3, True),
         (SWEEP, 3, False),
         (SWEEP, 5, True),
     ],

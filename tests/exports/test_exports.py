@@ -203,7 +203,7 @@ def refuse_other_values(
 # Each law in two tools, each tool with the default law and with the one that has most functions.
 LAWS_IN_TOOLS = [
     (evaluate, law, left_out)
-    if evaluate in (by_c, by_python) or law in ("deng2026", "carreau")
+    if evaluate is by_python or law == "deng2026"
     else nightly(evaluate, law, left_out)
     for evaluate in TOOLS
     for law, left_out in [*((law, None) for law in EVERY_LAW), ("deng2026", 1), ("carreau", 1)]

@@ -37,9 +37,8 @@ NOISE = 2e-4
 
 
 @pytest.mark.no_cover
-@pytest.mark.parametrize(
-    "name", [nightly("deng2026"), nightly("eyring"), nightly("wang-deng-groups"), "tanh"]
-)
+@pytest.mark.nightly
+@pytest.mark.parametrize("name", ["deng2026", "eyring", "wang-deng-groups", "tanh"])
 def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> None:
     laws = ["deng2026", "wang-deng-groups", "eyring", "tanh"]
     frames = compare_laws(points_of(EVERY_LAW[name], NOISE), "4050", laws, quick)

@@ -103,7 +103,7 @@ DRIFTS = {
 }
 
 
-@pytest.mark.parametrize("name", quick_ones(DRIFTS, ["mu falls", "load cell"]))
+@pytest.mark.parametrize("name", quick_ones(DRIFTS, ["mu falls"]))
 def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
     drift, course, size = DRIFTS[name]
     row = verdict(config, points_of(config, drift, 1))
@@ -151,7 +151,7 @@ GROUPED = {
 }
 
 
-@pytest.mark.parametrize("name", quick_ones(GROUPED, ["outlet temperature", "force"]))
+@pytest.mark.parametrize("name", quick_ones(GROUPED, ["outlet temperature"]))
 def test_runs_with_a_label_of_their_own_are_named_by_it(config: Settings, name: str) -> None:
     drift, cause, size = GROUPED[name]
     texts = [("ball=B7", "day=1") if is_of_few else ("day=1",) for is_of_few in FEW]

@@ -73,7 +73,7 @@ def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) 
         assert bytes_of(points["x"], points["y"]) in lines(axis)
 
 
-@pytest.mark.parametrize(("name", "panels"), [("curves", "abc"), ("residuals", "aei")])
+@pytest.mark.parametrize(("name", "panels"), [("curves", "abc"), nightly("residuals", "aei")])
 def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
     drawing: Draw, results: CampaignTables, monkeypatch: pytest.MonkeyPatch, name: str, panels: str
 ) -> None:

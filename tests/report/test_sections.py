@@ -9,6 +9,7 @@ import pytest
 from jinja2 import FileSystemLoader
 
 from campaigns import ROOT
+from nights import nightly
 from oilfilm import tables
 from oilfilm.fits.certificate_sentences import certificate_sentence
 from oilfilm.logs.run_sheet import UNLISTED
@@ -44,7 +45,7 @@ def test_laboratory_without_the_paper_reads_nothing_of_it(
     assert not _PAPER.search(text_report(campaign_sections(results, own), own.campaign) + shown)
 
 
-@pytest.mark.parametrize("verdict", ["another law is better", "tie"])
+@pytest.mark.parametrize("verdict", ["another law is better", nightly("tie")])
 def test_law_is_judged_once_for_oils(
     results: CampaignTables, config: Settings, verdict: str
 ) -> None:
@@ -128,7 +129,7 @@ def test_bearing_section_says_that_the_momentum_of_feed_oil_is_missing(
 
 @pytest.mark.parametrize(
     ("bistable", "has_errors", "lacks_refits"),
-    [(True, False, False), (False, True, False), (False, False, True)],
+    [nightly(True, False, False), (False, True, False), (False, False, True)],
 )
 def test_refits_are_said_to_lack_only_where_they_do(
     results: CampaignTables, config: Settings, bistable: bool, has_errors: bool, lacks_refits: bool

@@ -166,7 +166,7 @@ def test_a_stated_gain_is_normally_distributed():
     assert factor_of_another_rig(0.01, 0.0, stated, 0.95) == pytest.approx(1, abs=1e-3)
 
 
-@pytest.mark.parametrize("resolved_rigs", [0, 2])
+@pytest.mark.parametrize("resolved_rigs", [nightly(0), 2])
 def test_another_rig_is_inside_as_often_as_claimed(resolved_rigs):
     before_data = LogNormal(median=0.01, ln_sd=0.6, smallest=1e-4, largest=0.2)
     random = np.random.default_rng(5)

@@ -10,6 +10,7 @@ from scipy.special import ndtri
 
 from bearings import SETTINGS, exact_keys, printed_law, shipped
 from campaigns import LABORATORY, oil_of
+from nights import nightly
 from oilfilm.base.units import FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
 from oilfilm.bearing.inputs import InputValues, UncertainInput
@@ -449,7 +450,7 @@ def test_where_all_draws_may_be_lost_one_draw_gives_no_interval() -> None:
     assert interval["draws_split"].notna().tolist() == [False, False, True]
 
 
-OILS = pytest.mark.parametrize("oil_name", ["4102", "4050"])
+OILS = pytest.mark.parametrize("oil_name", ["4102", nightly("4050")])
 
 
 @OILS
