@@ -31,7 +31,7 @@ def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) ->
 
 
 # How many files of each format are damaged; `make bench NAME=fuzz` takes 20 000.
-NUMBERS = pytest.mark.parametrize("files", [2, nightly(200)])
+NUMBERS = pytest.mark.parametrize("files", [4, nightly(200)])
 
 
 @pytest.mark.no_cover
