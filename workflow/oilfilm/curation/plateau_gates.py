@@ -25,7 +25,7 @@ from oilfilm.curation.zero import DIRECTION_COLUMN
 from oilfilm.logs.base import Refusal
 from oilfilm.logs.run_sheet import EXCLUDED, EXCLUDED_ADVICE
 
-# Slide-roll ratio where one body stands still; with a larger one it turns backwards.
+# Slide-roll ratio at which one body is at rest; at a larger one this body turns backwards.
 _LARGEST_SLIP = 2.0
 
 PLATEAU_GATES: Gates[PlateauJudge] = Gates()

@@ -298,7 +298,7 @@ class Vocabulary:
             conversion_used = conversion(unit, self.units_of_quantity[quantity])
         except ValueError as error:
             raise ValueError(f"the column {name[:60]!r}: {error}") from error
-        # time stamps are in seconds whatever else says
+        # time stamps are in seconds; a unit in their name does not count
         if not (quantity == "time" and unit_beside_name == "s"):
             self._refuse_contradictory_units(quantity, name, unit_beside_name)
         return LoggedColumn(quantity, index, conversion_used, name, logged_unit=unit)

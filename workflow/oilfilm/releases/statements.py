@@ -247,6 +247,6 @@ def changed_lines(
 
 
 def _without_numbers(line: str) -> str:
-    """A line with `#` in place of each number that is no count, whatever the widths of columns."""
+    """A line with `#` in place of each number that is no count, without the widths of columns."""
     marked_line = _COUNT_OR_NUMBER.sub(lambda match: match[0] if " of " in match[0] else "#", line)
     return " ".join(_TABLE_RULE.sub("---", marked_line).split())
