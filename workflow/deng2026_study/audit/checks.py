@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from scipy.optimize import least_squares
+import scipy
 
 from deng2026_study.audit.evidence import Evidence, NotCheckableError, Outcome, outcome_of_cases
 from oilfilm.base.ties import exceeds, reaches
@@ -818,7 +818,7 @@ def _coefficient_error_of_curve(slip: FloatArray, mu: FloatArray) -> float:
         for share in _SHARES_OF_SLOPE
     ]
     fits = [
-        least_squares(
+        scipy.optimize.least_squares(
             residual,
             start,
             method="lm",

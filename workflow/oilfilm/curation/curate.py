@@ -404,7 +404,8 @@ def _allowed_traction_errors(copy_settings: CopySettings, pair_count: int) -> fl
     differences, less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
     """
     chance_per_pair = _CHANCE_OF_A_FALSE_COPY / max(pair_count, 1)
-    sum_of_squares = scipy.stats.chi2.ppf(chance_per_pair, copy_settings.plateaus - 1)
+    freedom = copy_settings.plateaus - 1
+    sum_of_squares = 2 * scipy.special.gammaincinv(freedom / 2, chance_per_pair)
     return min(
         copy_settings.traction_errors, float(np.sqrt(sum_of_squares / copy_settings.plateaus))
     )

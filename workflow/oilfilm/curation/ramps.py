@@ -687,7 +687,7 @@ def _weighted_trials(
 
 def _lag_fit(
     ramp: _Ramp, knots: FloatArray, longest_lag_s: float, zero_term_count: int
-) -> scipy.optimize.OptimizeResult:
+) -> "scipy.optimize.OptimizeResult":
     """The fit of filter and delay, in `x`, with one curve for all branches.
 
     The search starts at a quarter of the longest lag: as delay, as filter, and as half of both. The
@@ -748,7 +748,7 @@ def _variance_for_means(residual: FloatArray, parameter_count: int) -> float:
 
 
 def _trials_around_best(
-    lag_fit: scipy.optimize.OptimizeResult, effective_variance_n2: float, knots: FloatArray
+    lag_fit: "scipy.optimize.OptimizeResult", effective_variance_n2: float, knots: FloatArray
 ) -> list[_Trial]:
     """Four lags of equal weight, which have the best lag as mean and its covariance."""
     covariance = effective_variance_n2 * np.linalg.pinv(lag_fit.jac.T @ lag_fit.jac)

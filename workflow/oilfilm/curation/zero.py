@@ -288,8 +288,8 @@ def phase_of_curve_refusal(
         phase_slips = division.phase_signals["slide_roll_ratio"][phase]
         slip, slip_se = mean_with_error(phase_slips)
         # Student's distribution: the error of the mean of few readings is itself uncertain
-        tail_probability = scipy.stats.norm.sf(significant_errors)
-        limit_in_errors = float(scipy.stats.t.isf(tail_probability, max(len(phase_slips) - 1, 1)))
+        tail_probability = scipy.special.ndtr(-significant_errors)
+        limit_in_errors = -scipy.special.stdtrit(max(len(phase_slips) - 1, 1), tail_probability)
         if abs(slip) <= limit_in_errors * slip_se:
             continue
         slope = initial_slope(plateau_slips, plateau_mu, slip)

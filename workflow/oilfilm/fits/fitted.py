@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 import pandas as pd
+import scipy
 
 from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
@@ -755,9 +756,6 @@ class FittedLaw:
             or np.isnan(self.coefficients.constants).any()
         ):
             return np.full(len(conditions), np.nan)
-        # imported where needed: a prediction by printed constants waits for no import of it
-        from scipy.spatial import KDTree  # noqa: PLC0415
-
         curve_coordinates, largest_steps = self.measured_coordinates
         coordinates = self._coordinates(conditions)
         distance_to_nearest = np.full(len(coordinates), np.nan)
@@ -767,7 +765,7 @@ class FittedLaw:
         if coordinates.shape[1] == 0:
             return np.zeros(len(coordinates))
         # a tree of all curves: points times curves would be quadratic in the size of a campaign
-        tree = KDTree(curve_coordinates / largest_steps)
+        tree = scipy.spatial.KDTree(curve_coordinates / largest_steps)
         _, nearest_curves = tree.query(coordinates[is_known] / largest_steps, p=np.inf)
         # as a difference in the units of the conditions, which is zero at a tested condition
         differences = np.abs(coordinates[is_known] - curve_coordinates[nearest_curves])

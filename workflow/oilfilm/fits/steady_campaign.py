@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-import scipy.stats
 
 from oilfilm.base.natural_key import natural_key
 from oilfilm.base.ties import first_largest
@@ -99,8 +98,10 @@ class MeasuredCampaign:
         ):
             # a condition of one level only scatters
             if np.ptp(level_of_curve) > 0:
+                # Spearman's correlation is that of ranks; the position is a rank
+                ranks = pd.Series(column).rank()
                 correlation_by_condition[condition_name] = abs(
-                    float(scipy.stats.spearmanr(self.position_in_time, column)[0])
+                    float(np.corrcoef(self.position_in_time, ranks)[0, 1])
                 )
         if not correlation_by_condition:
             return ""

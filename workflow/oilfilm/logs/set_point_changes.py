@@ -3,6 +3,7 @@
 Decides: which rows of a log with several loads or speeds belong to one set point.
 """
 
+from bisect import insort
 from collections.abc import Iterable
 from itertools import pairwise
 from statistics import median
@@ -139,15 +140,21 @@ def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:
     """
     slip = medians[2]
     block_count = len(slip)
-    # lists: for at most `_MOST_BLOCKS` numbers the medians of NumPy take longer
-    load_and_speed = medians[:2].tolist()
+    # of the stretch so far; a median of sorted numbers is quickly taken
+    sorted_loads: list[float] = []
+    sorted_speeds: list[float] = []
     start_blocks = [0]
-    for block in range(1, block_count):
-        if any(
-            abs(logarithms[block] - median(logarithms[start_blocks[-1] : block])) > _SAME_LEVEL
-            for logarithms in load_and_speed
-        ):
+    for block, (load, speed) in enumerate(medians[:2].T.tolist()):
+        is_at_other_level = block > 0 and (
+            abs(load - median(sorted_loads)) > _SAME_LEVEL
+            or abs(speed - median(sorted_speeds)) > _SAME_LEVEL
+        )
+        if is_at_other_level:
             start_blocks.append(block)
+            sorted_loads.clear()
+            sorted_speeds.clear()
+        insort(sorted_loads, load)
+        insort(sorted_speeds, speed)
     stop_blocks = [
         stop_block
         for start_block, stop_block in pairwise([*start_blocks, block_count])

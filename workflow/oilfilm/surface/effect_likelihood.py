@@ -21,7 +21,7 @@ from dataclasses import dataclass, replace
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import EFFECT_NAMES

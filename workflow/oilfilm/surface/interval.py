@@ -13,8 +13,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
-import scipy.special
+import scipy
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray, IndexArray

@@ -13,9 +13,7 @@ Decides: when temperature labels are called exchanged.
 from dataclasses import dataclass, replace
 
 import numpy as np
-import scipy.linalg
-import scipy.optimize
-import scipy.special
+import scipy
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.surface.effects import ErrorPriors, LogNormal

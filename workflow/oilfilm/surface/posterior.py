@@ -15,8 +15,7 @@ from functools import cached_property
 from typing import NamedTuple, Protocol
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse
+import scipy
 
 from oilfilm.base.ties import first_largest, first_smallest
 from oilfilm.base.units import FloatArray, IndexArray

@@ -5,7 +5,7 @@ with its certificate and its errors is in `oilfilm.fits`.
 """
 
 import numpy as np
-import scipy.optimize
+import scipy
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.ties import first_smallest

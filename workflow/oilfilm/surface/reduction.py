@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
-import scipy.sparse
+import scipy
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECT_NAMES, LogMu, effect_design

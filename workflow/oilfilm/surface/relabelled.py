@@ -6,7 +6,7 @@ Decides: how a reading with an error too large for an effect of a run is judged.
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import ErrorPriors

@@ -14,10 +14,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-
-# `scipy.optimize` is imported where it is used: a saved fit needs no search
 import scipy
-import scipy.linalg
 
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors, LogNormal

@@ -22,6 +22,7 @@ Decides: how far the gain of another rig may be.
 """
 
 import numpy as np
+import scipy
 
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.effects import LogNormal
@@ -59,9 +60,6 @@ def factor_of_another_rig(
     Returns:
         The quantile of the gain of another rig over that of a normal distribution with s.
     """
-    # imported late, because only intervals for another rig need it
-    import scipy.optimize  # noqa: PLC0415
-
     ln_sds = np.linspace(
         np.log(gain_sd_prior.smallest), np.log(gain_sd_prior.largest), _GRID_POINT_COUNT
     )

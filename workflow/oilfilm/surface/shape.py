@@ -34,7 +34,7 @@ from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-import scipy.linalg
+import scipy
 
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import FloatArray, IndexArray
@@ -418,7 +418,7 @@ def curve_shapes(
     box = box_of(ordered)
     sample = ordered.select_curves(_sample_curves(ordered))
     fit = _fit_without_odd_curves(sample, law, error_priors, box)
-    fit_of_all = _next_fit(sample, _known_error_priors(fit, error_priors), box, fit)
+    fit_of_all: _RobustFit | None = None
     shapes: list[CurveShape] = []
     for curves_of_part in _curve_parts(scaled_conditions(ordered.conditions)):
         points_of_part = np.flatnonzero(np.isin(ordered.curve_of_point, curves_of_part))
@@ -428,6 +428,10 @@ def curve_shapes(
         retained_curves = judge.agreeing_curves_from(all_curves)
         oddness_by_all_of_curve = np.full(len(curves_of_part), np.inf)
         if len(retained_curves) < len(curves_of_part):
+            # most campaigns have no odd curve, and their search of sizes is spared
+            fit_of_all = fit_of_all or _next_fit(
+                sample, _known_error_priors(fit, error_priors), box, fit
+            )
             oddness_by_all_of_curve = fit_of_all.judge(measurements_of_part, box).oddness_of_curves(
                 all_curves, _LIMITS_BY_ALL
             )
