@@ -26,7 +26,7 @@ _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
 # Statements of a description or a note. A comma between two digits is a decimal mark.
 _BETWEEN_STATEMENTS = re.compile(r";|,(?!\d)|(?<!\d),")
 # The line `Separator` is near the top.
-_LETTERS_SEARCHED = 4000
+_CHARACTERS_SEARCHED = 4000
 # NumPy reads nine decimals of a second, and LabVIEW writes up to twenty.
 _CHARACTERS_OF_CLOCK_TIME = len("16:29:04.819098472")
 # Key of a header line, as `plain_key` makes it -> the cells behind it.
@@ -51,7 +51,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     check_text_size(content)
     encoding = encoding_of(content)
     text = normalised(content, encoding).decode("utf-8", "replace")
-    separator_line = _SEPARATOR.search(text[:_LETTERS_SEARCHED])
+    separator_line = _SEPARATOR.search(text[:_CHARACTERS_SEARCHED])
     separator = separator_line[1] if separator_line else "\t"
     lines = text.removesuffix("\n").split("\n")
     start_line_indices = [

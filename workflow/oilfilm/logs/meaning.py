@@ -573,9 +573,9 @@ class WordVocabulary(Vocabulary):
 
     def quantity_and_unit(self, name: str) -> QuantityAndUnit | None:
         """See `Vocabulary.quantity_and_unit`."""
-        listed_meaning = super().quantity_and_unit(name)
-        if listed_meaning is not None:
-            return listed_meaning
+        quantity_and_unit = super().quantity_and_unit(name)
+        if quantity_and_unit is not None:
+            return quantity_and_unit
         meaning = meaning_of(name)
         for key in (name, split_bracketed_unit(name)[0], split_unit(name)[0]):
             meaning = self.stated_meaning_of_name.get(key, meaning)
