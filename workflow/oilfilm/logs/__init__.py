@@ -2,5 +2,5 @@
 
 No reader is imported here, so that the Snakefile loads `raw_files` alone.
 
-`text_of_key` and `unit_by_quantity` are names of mappings: key -> text, quantity -> unit.
+`text_of_key` and `key_by_name` are names of mappings: key -> text, name -> key.
 """

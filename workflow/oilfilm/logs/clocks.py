@@ -1,6 +1,6 @@
 """Channels with clocks of their own, brought to one time.
 
-Decides: at which times the rows of a log are whose channels are sampled apart.
+Decides: the times of the rows where the channels of a log are sampled at different times.
 """
 
 from collections.abc import Mapping, Sequence

@@ -2,7 +2,7 @@
 
 A name says what a column is by its words, in eight languages (`words.yaml`). Some names leave open
 which of several definitions they mean: "Hertz pressure" may be the maximum or the mean. Such a
-meaning is asked, never assumed. The numbers of other columns may answer it (`table_columns.py`).
+meaning is asked, never assumed. The numbers of other columns may answer it (`api/mu_columns.py`).
 
 Decides: which words of a name make a quantity and its definition, and when a meaning is asked.
 """
@@ -82,7 +82,7 @@ _QUANTITY_AND_DEFINITION_OF_SYMBOL = {
 _SUM_OR_DIFFERENCE_OF_SPEEDS = re.compile(r"u_?1\s*([+-])\s*u_?2|u_?2\s*(-)\s*u_?1", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]+")
 _CAMEL_CASE = re.compile(r"(?<=[a-zß-ÿ])(?=[A-Z])")
-# Number of letters of a unit in a name without brackets: a single letter may be a symbol.
+# Fewest letters of a unit in a name without brackets: a single letter may be a symbol.
 _SHORTEST_UNIT = 2
 
 

@@ -128,8 +128,8 @@ class SniffedRun:
         measured_levels: Key of a set point -> measured level of load, speed or temperature; NaN
             where none is held.
         is_settled: Whether each row is a settled reading, so that its time has no meaning.
-        zero_source: Source of the zero of the force, as `semantics` names it; empty where the
-            columns do not show it, None where no source is suitable.
+        zero_source: Source of the zero of the force, as `semantics: zero` of the campaign file
+            names it; empty where the columns do not show it, None where no source is suitable.
         unit_of_quantity: Quantity -> its unit in the run.
         log_kind: Kind of log in the header.
         is_too_slow_for_seconds: Whether the steps of the time are too long to be seconds.
