@@ -88,9 +88,14 @@ def test_x_column_of_each_channel_is_read_where_the_clocks_agree(read) -> None:
 
 
 @pytest.mark.parametrize("decimals", ["", ".25", ".8190984725952148437"])
-def test_channel_that_starts_later_by_its_header_has_later_times(read, decimals: str) -> None:
+@pytest.mark.parametrize("gap", ["\t\t", "\t"], ids=["as LabVIEW", "no empty cells"])
+def test_channel_that_starts_later_by_its_header_has_later_times(
+    read, gap: str, decimals: str
+) -> None:
+    # LabVIEW leaves the cell below each X column empty
     clock_times = [*4 * [f"16:29:04{decimals}"], f"16:29:05{decimals}"]
-    lines = ["Channels\t5", "Date" + 5 * "\t2026/01/10", "\t".join(["Time", *clock_times])]
+    dates = gap.join(5 * ["2026/01/10"])
+    lines = ["Channels\t5", f"Date\t{dates}\t", f"Time\t{gap.join(clock_times)}\t"]
     text = multi(VALUES["time"] - 1.0).replace("Channels\t5", "\n".join(lines))
     (run,) = read(text).runs
     expected = VALUES["inlet_temperature"] - 273.15

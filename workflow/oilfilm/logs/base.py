@@ -53,7 +53,9 @@ LARGEST_PRESSURE_GPA = 10.0
 
 @dataclass(frozen=True)
 class Refusal:
-    """A file, a run or a range of rows that was refused.
+    """A file, a run or a range of rows that was refused; or a remark, which refuses nothing.
+
+    The rules of remarks are `READING_NOTE` and the `REMARK_RULES` of `run_sheet.py`.
 
     Attributes:
         rule: Name of the rule or gate.
@@ -335,9 +337,9 @@ def distinct_names(names: Iterable[str]) -> list[str]:
         >>> distinct_names(["A", "A", "A-2"])
         ['A', 'A-3', 'A-2']
     """
-    # a name becomes part of other names: no backslashes of escaped characters
+    # `?`, and no escape: a backslash must not enter the id of a run
     printable_names = [
-        "".join(mark if mark.isprintable() else "?" for mark in name)[:80] for name in names
+        "".join(letter if letter.isprintable() else "?" for letter in name)[:80] for name in names
     ]
     taken_names = set(printable_names)
     number_of_name: dict[str, int] = {}
@@ -358,9 +360,10 @@ def unbroken_ranges(row_numbers: IndexArray) -> list[tuple[int, int]]:
     """Sorted row numbers as (first, last) pairs of unbroken ranges."""
     if len(row_numbers) == 0:
         return []
-    start_index = np.flatnonzero(np.diff(row_numbers, prepend=row_numbers[0] - 2) != 1)
-    end_index = np.append(start_index[1:] - 1, len(row_numbers) - 1)
+    # the first row begins a range: the number put before it is 2 smaller
+    start_indices = np.flatnonzero(np.diff(row_numbers, prepend=row_numbers[0] - 2) != 1)
+    end_indices = np.append(start_indices[1:] - 1, len(row_numbers) - 1)
     return [
-        (int(row_numbers[start_of_range]), int(row_numbers[end_of_range]))
-        for start_of_range, end_of_range in zip(start_index, end_index, strict=True)
+        (int(row_numbers[start_index]), int(row_numbers[end_index]))
+        for start_index, end_index in zip(start_indices, end_indices, strict=True)
     ]

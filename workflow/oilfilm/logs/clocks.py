@@ -1,6 +1,6 @@
 """Channels with clocks of their own, brought to one time.
 
-Decides: at which times the rows of a log are whose channels are sampled apart.
+Decides: the times of the rows where the channels of a log are sampled at different times.
 """
 
 from collections.abc import Mapping, Sequence
@@ -14,8 +14,8 @@ from oilfilm.logs import base
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, Values
 
-# Clocks that differ by less, in sampling intervals over the whole log, are one clock.
-_SAME_CLOCK = 0.1
+# Clocks whose times differ by less in every row, in sampling intervals, are one clock.
+_LARGEST_CLOCK_DIFFERENCE = 0.1
 _CLOCKS_ADVICE = (
     "Check the start times and intervals of the channels, or export them together on one time axis."
 )
@@ -62,7 +62,7 @@ def _is_one_clock(clocks: Sequence[Clock], row_count: int) -> bool:
             abs(clock.start - first_clock.start)
             + abs(clock.interval - first_clock.interval) * row_count
         )
-        if clock.unit != first_clock.unit or not difference <= _SAME_CLOCK * abs(
+        if clock.unit != first_clock.unit or not difference <= _LARGEST_CLOCK_DIFFERENCE * abs(
             first_clock.interval
         ):
             return False
@@ -136,7 +136,7 @@ def _align_channels(table: LoggedTable, channel_indices: Sequence[int]) -> Logge
         hold_time = (
             interval_of_index[index] if interval_of_index[index] > 1.5 * shortest_interval else 0.0
         )
-        tolerance = _SAME_CLOCK * shortest_interval
+        tolerance = _LARGEST_CLOCK_DIFFERENCE * shortest_interval
         is_beyond = (
             np.maximum(times[0] - times_of_fastest, times_of_fastest - times[-1])
             > hold_time + tolerance
@@ -155,15 +155,15 @@ def _trimmed_channel(times_of_row: FloatArray, readings_of_row: FloatArray) -> _
         readings_of_row: Its readings, shape (rows,).
     """
     # shorter channels end in rows without a number
-    index_with_reading = np.flatnonzero(np.isfinite(readings_of_row) & np.isfinite(times_of_row))
-    if len(index_with_reading) == 0:
+    indices_with_reading = np.flatnonzero(np.isfinite(readings_of_row) & np.isfinite(times_of_row))
+    if len(indices_with_reading) == 0:
         return _Channel(np.array([]), np.array([]))
-    row_index = np.arange(index_with_reading[0], index_with_reading[-1] + 1)
-    times, readings = times_of_row[row_index], readings_of_row[row_index]
+    row_indices = np.arange(indices_with_reading[0], indices_with_reading[-1] + 1)
+    times, readings = times_of_row[row_indices], readings_of_row[row_indices]
     # a row without a time is a gap between its neighbours
     has_time = np.isfinite(times)
     return _Channel(
-        np.interp(row_index, row_index[has_time], times[has_time]),
+        np.interp(row_indices, row_indices[has_time], times[has_time]),
         np.where(has_time, readings, np.nan),
     )
 
@@ -230,7 +230,7 @@ def _append_time_column(
         names=[*table.names, "time"],
         units=[*table.units, unit],
         read_values=read_values,
-        # labels are not read by a clock
+        # the texts of channels belong to their own times, not to these
         read_texts=None if aligned_values_of_index else table.read_texts,
         show_row=None if aligned_values_of_index else table.show_row,
         # with the cell of the time
@@ -258,13 +258,14 @@ def _note_on_clocks(
     other_channels: list[str] = []
     for index, channel in channels.items():
         times = channel.times
-        is_other = (
+        has_other_interval = (
             abs(interval_of_index[index] - interval_of_index[fastest_index])
             > 1e-9 * interval_of_index[fastest_index]
         )
         if (
-            is_other
-            or abs(times[0] - times_of_fastest[0]) > _SAME_CLOCK * interval_of_index[fastest_index]
+            has_other_interval
+            or abs(times[0] - times_of_fastest[0])
+            > _LARGEST_CLOCK_DIFFERENCE * interval_of_index[fastest_index]
         ):
             other_channels.append(
                 f"{table.names[index][:60]!r} (from {times[0]:.6g}, every "

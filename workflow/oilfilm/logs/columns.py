@@ -24,7 +24,7 @@ from oilfilm.base.units import (
 )
 from oilfilm.logs import base
 from oilfilm.logs.clocks import with_time_column
-from oilfilm.logs.log_schema import LoggedColumn, LogSchema, UsableLog, Vocabulary
+from oilfilm.logs.log_schema import LoggedColumn, LogSchema, UsableRows, Vocabulary
 from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 from oilfilm.logs.run_sheet import RunMetadata, RunSheet
 from oilfilm.logs.runs_in_table import runs_in_table
@@ -134,13 +134,12 @@ def _read_run(
         )
         tables_of_set_points = _tables_of_set_points(table, run, first_row_number, log_schema)
         if len(tables_of_set_points) > 1:
-            return [
-                run_names
-                for table_of_set_point in tables_of_set_points
-                for run_names in _read_run(
+            names_of_runs: list[tuple[str, ...]] = []
+            for table_of_set_point in tables_of_set_points:
+                names_of_runs += _read_run(
                     table_of_set_point, first_row_number, parsed_log, context
                 )
-            ]
+            return names_of_runs
         parsed_log.runs.append(run)
     except (ValueError, base.UnreadableLogError) as error:
         problem = base.Refusal(
@@ -169,7 +168,7 @@ def _tables_of_set_points(
         return [table]
     # rows that cannot be used belong to the part before them
     first_row_numbers = [
-        int(run.samples["row"][row_index[0]]) for row_index in row_indices_of_parts[1:]
+        int(run.samples["row"][row_indices[0]]) for row_indices in row_indices_of_parts[1:]
     ]
     split_indices = np.searchsorted(table.row_numbers(first_row_number), first_row_numbers)
     listed_rows = ", ".join(map(str, first_row_numbers[:10]))
@@ -178,11 +177,11 @@ def _tables_of_set_points(
         f"before and after are runs of their own"
     )
     tables_of_parts: list[LoggedTable] = []
-    for number, row_index in enumerate(
+    for number, row_indices in enumerate(
         np.split(np.arange(table.row_count), split_indices), start=1
     ):
         name = f"{table.run_name} setpoint{number}".strip()
-        table_of_part = table.select_rows(row_index, name, table.text_of_key)
+        table_of_part = table.select_rows(row_indices, name, table.text_of_key)
         table_of_part = replace(table_of_part, undivided_names=table.run_names)
         tables_of_parts.append(table_of_part.with_note(note))
     return tables_of_parts
@@ -227,7 +226,7 @@ def _read_table(
         values_of_quantity = {
             quantity: numbers[is_good] for quantity, numbers in values_of_quantity.items()
         }
-    log = UsableLog(
+    usable_rows = UsableRows(
         metadata.run_id,
         metadata.text_of_key,
         list(numbers_of_column),
@@ -237,7 +236,7 @@ def _read_table(
         or _refusal_of_run(table, metadata, row_numbers, values_of_quantity, refusals, dialect),
         _run_interpretation(table, metadata, numbers_of_column),
     )
-    return log_schema.make_run(log, settings), refusals
+    return log_schema.make_run(usable_rows, settings), refusals
 
 
 # Two numbers that differ by less are one number in two units.
@@ -468,22 +467,23 @@ def _refusal_of_cut_row(table: LoggedTable, row_number: int) -> base.Refusal:
 
 
 def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Refusal | None:
-    """A refusal if the sampling rate changes within a run: levels are found at one interval."""
+    """A refusal if the sampling rate changes within a run: levels are found for one rate only."""
     block_count = (len(time_s) - 1) // _ROWS_PER_BLOCK
     if block_count < 2 * _FEWEST_BLOCKS:
         return None
-    steps_of_block_s = np.diff(time_s)[: block_count * _ROWS_PER_BLOCK].reshape(
+    # one row per block
+    intervals_s = np.diff(time_s)[: block_count * _ROWS_PER_BLOCK].reshape(
         block_count, _ROWS_PER_BLOCK
     )
-    # gates judge pauses and wrong digits of single rows
-    trimmed_steps_s = np.sort(steps_of_block_s, axis=1)[
+    # without the extremes: gates judge pauses and wrong digits of single rows
+    trimmed_intervals_s = np.sort(intervals_s, axis=1)[
         :, _ROWS_PER_BLOCK // 10 : -_ROWS_PER_BLOCK // 10
     ]
-    intervals_s = trimmed_steps_s.mean(axis=1)
-    if not intervals_s[0] > 0:
+    mean_of_block_s = trimmed_intervals_s.mean(axis=1)
+    if not mean_of_block_s[0] > 0:
         return None
-    is_slower = intervals_s > intervals_s[0] * _LARGEST_RATE_RATIO
-    is_faster = intervals_s < intervals_s[0] / _LARGEST_RATE_RATIO
+    is_slower = mean_of_block_s > mean_of_block_s[0] * _LARGEST_RATE_RATIO
+    is_faster = mean_of_block_s < mean_of_block_s[0] / _LARGEST_RATE_RATIO
     has_changed = is_slower | is_faster
     if has_changed.sum() < _FEWEST_BLOCKS:
         return None
@@ -491,9 +491,9 @@ def _rate_change_refusal(time_s: FloatArray, row_numbers: IndexArray) -> base.Re
     row_of_change = row_numbers[first_changed_block * _ROWS_PER_BLOCK]
     return base.Refusal(
         "sampling_rate",
-        f"rows come every {intervals_s[0]:.3g} s at first and every "
-        f"{intervals_s[first_changed_block]:.3g} s from about row {row_of_change} on; expected one "
-        "sampling rate",
+        f"rows come every {mean_of_block_s[0]:.3g} s at first and every "
+        f"{mean_of_block_s[first_changed_block]:.3g} s from about row {row_of_change} on; expected "
+        "one sampling rate",
     )
 
 

@@ -27,7 +27,7 @@ _BLANK_DELIMITER = " "
 _DELIMITERS = (",", ";", "\t", "|")
 # A line with fewer numbers may be a header line.
 _FEWEST_NUMBERS_OF_ROW = 3
-_LETTERS_SHOWN = 80
+_CHARACTERS_SHOWN = 80
 # The line of names is near the top of the file.
 _LINES_SEARCHED = 200
 # The line of names is the one with most known names among so many lines from the first candidate.
@@ -36,18 +36,20 @@ _COMMENT_LINES = re.compile(rb"^#[^\n]*(?:\n|\Z)", re.MULTILINE)
 _SPREADSHEET_ERROR = re.compile(r"#(?:N/A|NV|[^\W\d_]+(?:/0)?[!?])")
 _BLANKS_BETWEEN_CELLS = re.compile(rb"[ \t]+")
 _BLANKS_AROUND_LINE = re.compile(rb"^[ \t]+|[ \t]+$", re.MULTILINE)
+# Two numbers: hours and minutes, or minutes and seconds.
 _HOURS_OR_MINUTES = re.compile(r"\d+:\d+")
 _CLOCK_OR_DATE = re.compile(r"\d[:/]\d")
 # A number in groups of thousands, with a decimal mark behind them. None begins with 0.
 _GROUPED_NUMBER = re.compile(
-    r"[-+]?[1-9]\d{0,2}(?:(?P<group_mark>[.,])\d{3})(?:\1\d{3})*(?!\1)[.,]\d+"
+    r"[-+]?[1-9]\d{0,2}(?P<group_mark>[.,])\d{3}"
+    r"(?:(?P=group_mark)\d{3})*(?!(?P=group_mark))[.,]\d+"
 )
 _LONGEST_UNIT = 8
 # Limits where blanks separate the columns: words of a name, columns of a log.
 _MOST_WORDS_OF_NAME = 5
 _FEWEST_COLUMNS = 3
-# Text has few control characters among its first letters; other files have more.
-_LETTERS_JUDGED = 1000
+# Text has few control characters among its first characters; other files have more.
+_CHARACTERS_JUDGED = 1000
 _LARGEST_CONTROL_SHARE = 0.02
 
 
@@ -87,12 +89,12 @@ def recognises(first_bytes: bytes) -> bool:
     """True for any text."""
     first_bytes = text_rows.without_zero_blocks(first_bytes)
     text = text_rows.normalised(first_bytes).decode("utf-8", "replace")
-    letters = text.lstrip("\ufeff \n")[:_LETTERS_JUDGED]
-    control_letters = [
-        letter for letter in letters if not (letter.isprintable() or letter.isspace())
+    beginning = text.lstrip("\ufeff \n")[:_CHARACTERS_JUDGED]
+    control_characters = [
+        character for character in beginning if not (character.isprintable() or character.isspace())
     ]
-    is_mostly_text = len(control_letters) <= _LARGEST_CONTROL_SHARE * len(letters)
-    return letters != "" and "\0" not in letters[:200] and is_mostly_text
+    is_mostly_text = len(control_characters) <= _LARGEST_CONTROL_SHARE * len(beginning)
+    return beginning != "" and "\0" not in beginning[:200] and is_mostly_text
 
 
 def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
@@ -307,39 +309,41 @@ def _is_time_rising(text: bytes, start_of_names: int, head: _Head, vocabulary: V
     lines_above = text[:start_of_names][-text_rows.HEAD_BYTES :].split(b"\n")[-_LINES_COMPARED:]
     lines_below = text[start_of_names : start_of_names + text_rows.HEAD_BYTES].split(b"\n")[1:3]
 
-    def times_of(lines: Iterable[bytes]) -> list[str]:
-        """The cells of time in lines, of those that begin with a digit."""
-        times: list[str] = []
+    def time_cells_of(lines: Iterable[bytes]) -> list[str]:
+        """The time in each line where its cell begins with a digit: damaged rows have no time."""
+        time_cells: list[str] = []
         for line in lines:
             cells = _cells_of_line(line.decode("utf-8", "replace"), head.delimiter)
             cell = cells[time_index].strip('" ') if time_index < len(cells) else ""
             if cell[:1].isdigit():
-                times.append(cell)
-        return times
+                time_cells.append(cell)
+        return time_cells
 
-    # damaged rows have no time
-    times = [*times_of(lines_above)[-1:], *times_of(lines_below)]
-    if len(times) < 2:
+    cells_above, cells_below = time_cells_of(lines_above), time_cells_of(lines_below)
+    neighbours = [*cells_above[-1:], *cells_below]
+    if len(neighbours) < 2:
         return False
+    earlier, later = neighbours[:2]
     try:
-        return parse_decimal(times[1]) > parse_decimal(times[0])
+        return parse_decimal(later) > parse_decimal(earlier)
     except ValueError:
         # time stamps of one log have one form
-        return times[1] > times[0]
+        return later > earlier
 
 
-def _header_of_blocks(tables: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
+def _header_of_blocks(tables_of_blocks: Sequence[LoggedTable]) -> list[Mapping[str, str]]:
     """Header keys of each block; those that only the first block gives hold for all blocks."""
-    keys_in_other_blocks = {key for table in tables[1:] for key in table.text_of_key}
+    first_table, *other_tables = tables_of_blocks
+    keys_in_other_blocks = {key for table in other_tables for key in table.text_of_key}
     # the oil is one key, whatever its lines are called
-    has_oil_in_other_blocks = any(states_oil(table.text_of_key) for table in tables[1:])
+    has_oil_in_other_blocks = any(states_oil(table.text_of_key) for table in other_tables)
     text_of_file_key = {
         key: text
-        for key, text in tables[0].text_of_key.items()
+        for key, text in first_table.text_of_key.items()
         if key not in keys_in_other_blocks
         and not (has_oil_in_other_blocks and states_oil({key: text}))
     }
-    return [text_of_file_key | dict(table.text_of_key) for table in tables]
+    return [text_of_file_key | dict(table.text_of_key) for table in tables_of_blocks]
 
 
 def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
@@ -352,7 +356,7 @@ def _without_comments(text: bytes, head: _Head) -> tuple[bytes, int]:
     if text.find(b"\n#", max(start_of_rows - 1, 0)) < 0:
         return text, start_of_rows
     text_of_rows = _COMMENT_LINES.sub(
-        lambda line: _row_or_empty(line[0], head), text[start_of_rows:]
+        lambda match: _row_or_empty(match[0], head), text[start_of_rows:]
     )
     return text_of_rows, 0
 
@@ -374,7 +378,7 @@ def _head_of_text(text: bytes, vocabulary: Vocabulary) -> _Head:
     first_rows: list[list[str]] = []
     line_index_of_row: list[int] = []
     for line_index, line in enumerate(lines[line_count_above_rows:], start=line_count_above_rows):
-        is_comment = line.startswith("#") and not _is_row(line, delimiter, len(names))
+        is_comment = line.startswith("#") and not _is_row_with_hash(line, delimiter, len(names))
         if line.strip() and not is_comment:
             first_rows.append(_cells_of_line(line, delimiter))
             line_index_of_row.append(line_index)
@@ -416,7 +420,7 @@ def _most_frequent(numbers: Iterable[int]) -> int:
     return max(counts, key=lambda number: counts[number], default=0)
 
 
-def _is_row(line: str, delimiter: str, width: int) -> bool:
+def _is_row_with_hash(line: str, delimiter: str, width: int) -> bool:
     """Whether a `#` line below the names is a row: spreadsheets write their errors as #N/A.
 
     It is a row in each of these cases:
@@ -437,7 +441,7 @@ def _is_row(line: str, delimiter: str, width: int) -> bool:
 def _row_or_empty(line: bytes, head: _Head) -> bytes:
     """The `#` line itself where it is a row; empty where it is a comment."""
     line_text = line.decode("utf-8", "replace")
-    return line if _is_row(line_text, head.delimiter, len(head.names)) else b""
+    return line if _is_row_with_hash(line_text, head.delimiter, len(head.names)) else b""
 
 
 def _refuse_row_above_names(head: _Head) -> None:
@@ -455,7 +459,7 @@ def _refuse_row_above_names(head: _Head) -> None:
         cells = _cells_of_line(line, head.delimiter)
         if [_is_number(cell) or cell.startswith("#") for cell in cells] == is_number:
             raise ValueError(
-                f"line {number} reads {line[:_LETTERS_SHOWN]!r}, which looks like a row, but is "
+                f"line {number} reads {line[:_CHARACTERS_SHOWN]!r}, which looks like a row, but is "
                 "above the line of names; put the names above all rows"
             )
 
@@ -601,7 +605,7 @@ def _rows_with_plain_cells(body: bytes, head: _Head, start_of_rows: int) -> tupl
     )
     if not cells_hold_delimiter:
         return body, head.delimiter, start_of_rows
-    # line by line: a single quote then harms one row only
+    # line by line: an unpaired quote then harms one row only
     lines = body[start_of_rows:].decode("utf-8").split("\n")
     text = "\n".join("\t".join(_cells_of_line(line, head.delimiter)) for line in lines)
     return text_rows.normalised(text.encode(), "ascii"), "\t", 0
@@ -615,7 +619,7 @@ def _decimal_and_group_mark(
         return ".", ""
     # from all of the first rows: one row may hold whole numbers only
     cells_with_comma = []
-    # a row with a single quote has few cells, which hold commas
+    # a row with an unpaired quote has few cells, which hold commas
     complete_rows = [row for row in head.first_rows if len(row) == len(head.names)]
     for row in complete_rows:
         cells = [_bare_cell(row[index]) for index in number_indices]

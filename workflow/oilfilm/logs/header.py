@@ -1,5 +1,8 @@
 """What the header lines of a log mean, in any language.
 
+A key of the project is the one that oilfilm uses itself, as `load_n`. A logged key is that of the
+log.
+
 Decides: how a header line (`# key: value`) becomes a set point, an oil or a rig, with its unit, in
 any language.
 """
@@ -115,7 +118,7 @@ def project_header(
         keys_and_texts.append((key, project_text))
     text_of_key = joined_texts(keys_and_texts)
     oil_texts = [
-        oil_id(text, settings) for key, text in text_of_key.items() if other_oil_key({key: text})
+        oil_id(text, settings) for key, text in text_of_key.items() if oil_synonym_key({key: text})
     ]
     if oil_texts:
         stated_oil = text_of_key.get("oil", oil_texts[0])
@@ -193,7 +196,7 @@ def project_key_and_text(
         decimal_mark: Decimal mark of the log or sheet; empty where it is not known.
     """
     set_point_key, unit_of_key = _set_point_key_and_unit(logged_key, key_by_name)
-    digits, unit_of_text = number_and_unit(text)
+    number_text, unit_of_text = number_and_unit(text)
     unit = unit_of_text or unit_of_key
     # the load has one set point, as force or as pressure
     if set_point_key == "load_n" and conversion_to_set_point("max_hertz_pressure_gpa", unit):
@@ -204,16 +207,16 @@ def project_key_and_text(
         key = key_by_name.get(logged_key) or key_by_name.get(bare_key) or logged_key
         return key, text
     try:
-        value = parse_decimal(digits)
+        value = parse_decimal(number_text)
     except ValueError:
         return set_point_key, text
     conversion = conversion_to_set_point(set_point_key, unit)
-    is_ambiguous = not decimal_mark or decimal_mark not in digits
+    is_ambiguous = not decimal_mark or decimal_mark not in number_text
     if conversion is None or (
-        is_ambiguous and _two_possible_numbers(set_point_key, digits, conversion)
+        is_ambiguous and _two_possible_numbers(set_point_key, number_text, conversion)
     ):
         return set_point_key, text if unit_of_text else f"{text} {unit_of_key}"
-    if text == digits and "," not in text and conversion.scale == 1 and conversion.offset == 0:
+    if text == number_text and "," not in text and conversion.scale == 1 and conversion.offset == 0:
         return set_point_key, text
     # rounded: the error of a conversion would make two values of 80 N and 0.08 kN
     return set_point_key, f"{conversion.scale * value + conversion.offset:.12g}"
@@ -247,23 +250,23 @@ def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> 
 
 
 def _two_possible_numbers(
-    set_point_key: str, digits: str, conversion: Conversion
+    set_point_key: str, number_text: str, conversion: Conversion
 ) -> tuple[float, float] | None:
     """A number with its mark between thousands, and with a decimal mark; None where only one fits.
 
     Args:
         set_point_key: Key of a set point.
-        digits: The number.
+        number_text: The number.
         conversion: The conversion of its unit to that of the set point.
     """
-    if not _NUMBER_WITH_ONE_GROUP.fullmatch(digits):
+    if not _NUMBER_WITH_ONE_GROUP.fullmatch(number_text):
         return None
-    grouped_number = float(digits.replace(",", "").replace(".", ""))
+    grouped_number = float(number_text.replace(",", "").replace(".", ""))
     set_point = conversion.scale * grouped_number + conversion.offset
     largest_likely = _LARGEST_LIKELY_SET_POINT.get(set_point_key, LARGEST_READING)
     if set_point > largest_likely or not is_in_set_point_range(set_point_key, set_point):
         return None
-    return grouped_number, parse_decimal(digits)
+    return grouped_number, parse_decimal(number_text)
 
 
 def expectation_in_words(set_point_key: str, text: str) -> str:
@@ -273,9 +276,9 @@ def expectation_in_words(set_point_key: str, text: str) -> str:
         set_point_key: Key of the set point.
         text: The text, as `project_key_and_text` gives it.
     """
-    digits, unit = number_and_unit(text)
+    number_text, unit = number_and_unit(text)
     conversion = conversion_to_set_point(set_point_key, unit)
-    numbers = _two_possible_numbers(set_point_key, digits, conversion) if conversion else None
+    numbers = _two_possible_numbers(set_point_key, number_text, conversion) if conversion else None
     if numbers is None:
         return set_point_range_in_words(set_point_key)
     with_group, with_decimals = numbers
@@ -312,7 +315,7 @@ def oil_id(text: str, settings: Settings) -> str:
     return " / ".join(dict.fromkeys(oil_ids))
 
 
-def other_oil_key(text_of_key: Mapping[str, str]) -> str | None:
+def oil_synonym_key(text_of_key: Mapping[str, str]) -> str | None:
     """The key of a header line that names the oil, other than `oil`; None without one."""
     for key, text in text_of_key.items():
         words = frozenset(key.split("_")) - _WORDS_BESIDE_OIL
@@ -323,7 +326,7 @@ def other_oil_key(text_of_key: Mapping[str, str]) -> str | None:
 
 def states_oil(text_of_key: Mapping[str, str]) -> bool:
     """Whether a header line names the oil, as `oil` or by another word."""
-    return "oil" in text_of_key or other_oil_key(text_of_key) is not None
+    return "oil" in text_of_key or oil_synonym_key(text_of_key) is not None
 
 
 def misspelt_key_problem(text_of_key: Mapping[str, str], settings: Settings) -> Refusal | None:

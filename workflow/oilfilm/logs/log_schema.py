@@ -1,5 +1,7 @@
 """What the logs of one kind of rig may hold, and what the names of their columns mean.
 
+A column of the project has the name that oilfilm uses itself, as `load_n`.
+
 Decides: how the name of a column becomes a quantity and a unit (the names themselves are in
 `traction_log.py`, `torque_log.py` and, for another laboratory or language, under `columns` of the
 campaign file, where `oilfilm init` puts what it recognises by `words.yaml`).
@@ -242,15 +244,14 @@ class Vocabulary:
         needed_quantities += [
             quantity for quantity in self.optional_quantities if quantity in column_by_quantity
         ]
-        spare_columns = [
-            replace(column_by_quantity[quantity], is_spare=True)
-            for alternative in self.alternative_quantities[
-                self.alternative_quantities.index(chosen_alternative) + 1 :
-            ]
-            for quantity in alternative
-            if quantity in column_by_quantity
-        ]
-        return (*(column_by_quantity[quantity] for quantity in needed_quantities), *spare_columns)
+        needed_columns = [column_by_quantity[quantity] for quantity in needed_quantities]
+        spare_columns: list[LoggedColumn] = []
+        chosen_index = self.alternative_quantities.index(chosen_alternative)
+        for alternative in self.alternative_quantities[chosen_index + 1 :]:
+            for quantity in alternative:
+                if quantity in column_by_quantity:
+                    spare_columns.append(replace(column_by_quantity[quantity], is_spare=True))
+        return (*needed_columns, *spare_columns)
 
     def _chosen_alternative(self, quantities: Set[str]) -> tuple[str, ...]:
         """The first set of quantities that a log has completely; without one the first set."""
@@ -376,8 +377,8 @@ def _comparable_name(name: str) -> str:
 
 
 @dataclass(frozen=True)
-class UsableLog:
-    """The usable rows of a log whose header has no problem.
+class UsableRows:
+    """The usable rows of a run whose header has no problem.
 
     Attributes:
         run_id: Unique name of the run.
@@ -385,7 +386,7 @@ class UsableLog:
         columns: As `Vocabulary.columns_of_run` gave them.
         row_numbers: Row numbers in the log, shape (n,).
         values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
-        refusal: Why the run cannot be used; None where it can.
+        refusal: Why the run cannot be used by what its rows show; None where it can.
         interpretation: How its columns and header were interpreted.
     """
 
@@ -409,7 +410,7 @@ class UsableLog:
         set_points: base.SetPoints,
         refusal: base.Refusal | None,
     ) -> base.LoggedRun:
-        """The run with these samples; it is refused by the log's own refusal or by `refusal`."""
+        """The run with these samples; it is refused by its own refusal or by `refusal`."""
         return base.LoggedRun(
             run_id=self.run_id,
             oil_name=self.text_of_key.get("oil", ""),
@@ -440,7 +441,7 @@ class LogSchema:
         get_listed_columns: Function that gives the columns that a campaign file lists.
         find_header_problems: Function that gives why a log with these header lines and columns
             cannot be used. A later check relies on the earlier ones.
-        make_run: Function that makes the run of a log.
+        make_run: Function that makes a run of its rows.
         run_sheet_keys: Header keys that the run sheet may give beside the oil.
         find_unneeded_quantities: Function that gives the quantities for which a log with these
             header lines needs no column.
@@ -453,7 +454,7 @@ class LogSchema:
     find_header_problems: Callable[
         [Mapping[str, str], Sequence[LoggedColumn], Settings], HeaderProblems
     ]
-    make_run: Callable[[UsableLog, Settings], base.LoggedRun]
+    make_run: Callable[[UsableRows, Settings], base.LoggedRun]
     run_sheet_keys: tuple[str, ...]
     find_unneeded_quantities: Callable[[Mapping[str, str], Settings], Set[str]] = (
         _no_unneeded_quantities

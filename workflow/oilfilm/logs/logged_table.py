@@ -106,23 +106,25 @@ class LoggedTable:
         return replace(self, notes=(*self.notes, note))
 
     def select_rows(
-        self, selected_index: IndexArray, run_name: str, text_of_key: Mapping[str, str]
+        self, selected_indices: IndexArray, run_name: str, text_of_key: Mapping[str, str]
     ) -> "LoggedTable":
         """Some rows of the table as a run of their own.
 
         Args:
-            selected_index: Indices of the rows, rising, shape (n,).
+            selected_indices: Indices of the rows, rising, shape (n,).
             run_name: Name of the run in its file.
             text_of_key: Header key of the run -> text of its line.
         """
-        if len(selected_index) == self.row_count:
+        if len(selected_indices) == self.row_count:
             return replace(self, run_name=run_name, text_of_key=text_of_key)
         # a slice of an array takes no memory
-        is_consecutive = int(selected_index[-1]) - int(selected_index[0]) + 1 == len(selected_index)
+        is_consecutive = int(selected_indices[-1]) - int(selected_indices[0]) + 1 == len(
+            selected_indices
+        )
         selection = (
-            slice(int(selected_index[0]), int(selected_index[-1]) + 1)
+            slice(int(selected_indices[0]), int(selected_indices[-1]) + 1)
             if is_consecutive
-            else selected_index
+            else selected_indices
         )
         read_all_values = self.read_values
         read_all_texts = self.read_texts
@@ -140,23 +142,23 @@ class LoggedTable:
                 read_all_texts(index)[selection] if read_all_texts else np.array([], dtype=object)
             )
 
-        has_last_row = int(selected_index[-1]) == self.row_count - 1
+        has_last_row = int(selected_indices[-1]) == self.row_count - 1
         row_indices = np.arange(self.row_count) if self.row_indices is None else self.row_indices
         return replace(
             self,
             text_of_key=text_of_key,
             read_values=read_selected_values,
-            row_count=len(selected_index),
+            row_count=len(selected_indices),
             run_name=run_name,
             cut_row_cell_count=self.cut_row_cell_count if has_last_row else 0,
             show_row=None
             if show_any_row is None
-            else lambda row: show_any_row(int(selected_index[row])),
+            else lambda row: show_any_row(int(selected_indices[row])),
             read_texts=None if read_all_texts is None else read_selected_texts,
             is_contradictory=None
             if self.is_contradictory is None
             else self.is_contradictory[selection],
-            row_indices=row_indices[selected_index],
+            row_indices=row_indices[selected_indices],
         )
 
 

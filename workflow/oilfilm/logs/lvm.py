@@ -26,9 +26,9 @@ _SEPARATOR = re.compile(r"^Separator(.)", re.MULTILINE)
 # Statements of a description or a note. A comma between two digits is a decimal mark.
 _BETWEEN_STATEMENTS = re.compile(r";|,(?!\d)|(?<!\d),")
 # The line `Separator` is near the top.
-_LETTERS_SEARCHED = 4000
+_CHARACTERS_SEARCHED = 4000
 # NumPy reads nine decimals of a second, and LabVIEW writes up to twenty.
-_LETTERS_OF_CLOCK_TIME = len("16:29:04.819098472")
+_CHARACTERS_OF_CLOCK_TIME = len("16:29:04.819098472")
 # Key of a header line, as `plain_key` makes it -> the cells behind it.
 CellsOfKey = dict[str, list[str]]
 
@@ -51,7 +51,7 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     check_text_size(content)
     encoding = encoding_of(content)
     text = normalised(content, encoding).decode("utf-8", "replace")
-    separator_line = _SEPARATOR.search(text[:_LETTERS_SEARCHED])
+    separator_line = _SEPARATOR.search(text[:_CHARACTERS_SEARCHED])
     separator = separator_line[1] if separator_line else "\t"
     lines = text.removesuffix("\n").split("\n")
     start_line_indices = [
@@ -91,6 +91,11 @@ def _first_cell(header: CellsOfKey, key: str, default: str) -> str:
     """The first cell of a header line; the default where it is missing or empty."""
     cells = header.get(key, [])
     return (cells[0] if cells else "") or default
+
+
+def _filled_cells(header: CellsOfKey, key: str) -> list[str]:
+    """The cells of a header line, without the empty ones above X columns."""
+    return [cell for cell in header.get(key, []) if cell]
 
 
 def _table(
@@ -252,16 +257,16 @@ def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, f
         header: Header of the segment and the file.
         names: Names of the columns.
     """
-    channel_columns = [
+    channel_indices = [
         index for index, name in enumerate(names) if name not in (_X_COLUMN, _COMMENT)
     ]
-    dates = header.get("date", [])[: len(channel_columns)]
+    channel_count = len(channel_indices)
+    dates = _filled_cells(header, "date")[:channel_count]
     clock_times = [
-        clock_time[:_LETTERS_OF_CLOCK_TIME]
-        for clock_time in header.get("time", [])[: len(channel_columns)]
+        cell[:_CHARACTERS_OF_CLOCK_TIME] for cell in _filled_cells(header, "time")[:channel_count]
     ]
     is_absolute = _first_cell(header, "time_pref", "Relative").lower() == "absolute"
-    if is_absolute or not len(dates) == len(clock_times) == len(channel_columns):
+    if is_absolute or not len(dates) == len(clock_times) == channel_count:
         return {}
     try:
         starts = [
@@ -272,7 +277,7 @@ def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, f
         return {}
     return {
         index: float((start - starts[0]) / np.timedelta64(1, "s"))
-        for index, start in zip(channel_columns, starts, strict=True)
+        for index, start in zip(channel_indices, starts, strict=True)
     }
 
 

@@ -26,11 +26,13 @@ from oilfilm.logs.logged_table import LoggedTable, TablesOfFile, Texts, Values
 
 _TITLE = b"MATLAB 5.0 MAT-file"
 _TITLE_OF_HDF5 = b"MATLAB 7.3 MAT-file"
+# A file is a header, then elements, each with a tag: its type and its number of bytes.
 _HEADER_BYTES = 128
 _TAG_BYTES = 8
+# Type of an element that is packed with zlib (miCOMPRESSED).
 _COMPRESSED = 15
 _CHUNK_BYTES = 1 << 20
-# Numbers that are stored in one byte become eight.
+# Small, because numbers that are stored in one byte take eight in memory.
 _MOST_UNPACKED_BYTES = 1 << 26
 # A small file may always be unpacked to this size.
 _UNSUSPICIOUS_BYTES = 1 << 24
@@ -147,9 +149,9 @@ def _table(
     """A table of vectors of equal length, or of a matrix if it has more numbers; else None."""
     vector_of_name = _vectors(variables)
     column_of_name = _columns_of_table(vector_of_name)
-    column_of_matrix = _columns_of_matrix(variables)
-    if _number_count(column_of_matrix) > _number_count(column_of_name):
-        column_of_name = vector_of_name = column_of_matrix
+    matrix_column_of_name = _columns_of_matrix(variables)
+    if _number_count(matrix_column_of_name) > _number_count(column_of_name):
+        column_of_name = vector_of_name = matrix_column_of_name
     if not column_of_name:
         return None
     row_count = len(next(iter(column_of_name.values())))
@@ -178,9 +180,9 @@ def _vectors(variables: Mapping[str, Any]) -> dict[str, Values]:
     """Name -> vector, for the vectors longer than 1, without the cell array of units."""
     vector_of_name: dict[str, Values] = {}
     for name, value in variables.items():
-        is_column = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
+        is_vector = isinstance(value, np.ndarray) and value.ndim == 2 and min(value.shape) == 1
         is_units = plain_key(name) in _VARIABLES_WITH_UNITS and value.dtype == object
-        if is_column and value.dtype.names is None and value.size > 1 and not is_units:
+        if is_vector and value.dtype.names is None and value.size > 1 and not is_units:
             vector_of_name[name] = value.reshape(-1)
     return vector_of_name
 

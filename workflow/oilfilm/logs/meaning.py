@@ -2,7 +2,7 @@
 
 A name says what a column is by its words, in eight languages (`words.yaml`). Some names leave open
 which of several definitions they mean: "Hertz pressure" may be the maximum or the mean. Such a
-meaning is asked, never assumed. The numbers of other columns may answer it (`table_columns.py`).
+meaning is asked, never assumed. The numbers of other columns may answer it (`api/mu_columns.py`).
 
 Decides: which words of a name make a quantity and its definition, and when a meaning is asked.
 """
@@ -82,7 +82,7 @@ _QUANTITY_AND_DEFINITION_OF_SYMBOL = {
 _SUM_OR_DIFFERENCE_OF_SPEEDS = re.compile(r"u_?1\s*([+-])\s*u_?2|u_?2\s*(-)\s*u_?1", re.IGNORECASE)
 _WORD = re.compile(r"[^\W\d_]+")
 _CAMEL_CASE = re.compile(r"(?<=[a-zß-ÿ])(?=[A-Z])")
-# Number of letters of a unit in a name without brackets: a single letter may be a symbol.
+# Fewest letters of a unit in a name without brackets: a single letter may be a symbol.
 _SHORTEST_UNIT = 2
 
 
@@ -122,31 +122,32 @@ class _WordForms(NamedTuple):
     Attributes:
         whole_words: Word -> its concepts; it counts where it stands alone.
         word_parts: Parts of words, as `reib-`, each with its concept.
-        cjk_words: Chinese and Japanese words, each with its concept, the longest first.
+        phrases: Several words, and Chinese and Japanese words, each with its concept, the longest
+            first. They are found anywhere in a name.
     """
 
     whole_words: Mapping[str, set[str]]
     word_parts: Sequence[tuple[str, str]]
-    cjk_words: Sequence[tuple[str, str]]
+    phrases: Sequence[tuple[str, str]]
 
 
 @cache
 def _word_forms() -> _WordForms:
     whole_words: dict[str, set[str]] = {}
     word_parts: list[tuple[str, str]] = []
-    cjk_words: list[tuple[str, str]] = []
+    phrases: list[tuple[str, str]] = []
     for concept, words in _words_of_concept().items():
         if concept.startswith("label_"):
             continue
         for word in words:
-            if _is_cjk(word):
-                cjk_words.append((word, concept))
+            if _is_cjk(word) or "_" in word:
+                phrases.append((word.replace("_", " "), concept))
             elif word.startswith("-") or word.endswith("-"):
                 word_parts.append((word, concept))
             else:
                 whole_words.setdefault(word, set()).add(concept)
-    cjk_words.sort(key=lambda entry: -len(entry[0]))
-    return _WordForms(whole_words, word_parts, cjk_words)
+    phrases.sort(key=lambda entry: -len(entry[0]))
+    return _WordForms(whole_words, word_parts, phrases)
 
 
 def _is_cjk(text: str) -> bool:
@@ -164,19 +165,17 @@ def concepts_in(name: str) -> frozenset[str]:
     """
     # `BallSpeed` is two words, `CoF` is one
     both_spellings = f"{name} {_CAMEL_CASE.sub(' ', name)}"
-    plain_names = unicodedata.normalize("NFKC", both_spellings).casefold()
+    remaining_text = unicodedata.normalize("NFKC", both_spellings).casefold()
+    remaining_text = remaining_text.replace("-", " ").replace("_", " ")
     forms = _word_forms()
     concepts: set[str] = set()
-    remaining_text = plain_names
-    for word, concept in forms.cjk_words:
-        if word in remaining_text:
+    for phrase, concept in forms.phrases:
+        if phrase in remaining_text:
             concepts.add(concept)
-            # the same letters may have two meanings; a shorter word inside them has none
-            concepts |= {
-                other_concept for letters, other_concept in forms.cjk_words if letters == word
-            }
-            remaining_text = remaining_text.replace(word, " ")
-    for token in _WORD.findall(remaining_text.replace("-", " ")):
+            # the same phrase may have two meanings; a shorter one inside it has none
+            concepts |= {other_concept for other, other_concept in forms.phrases if other == phrase}
+            remaining_text = remaining_text.replace(phrase, " ")
+    for token in _WORD.findall(remaining_text):
         concepts |= forms.whole_words.get(token, set())
         for word_part, concept in forms.word_parts:
             if _has_part(token, word_part):
@@ -574,9 +573,9 @@ class WordVocabulary(Vocabulary):
 
     def quantity_and_unit(self, name: str) -> QuantityAndUnit | None:
         """See `Vocabulary.quantity_and_unit`."""
-        listed_meaning = super().quantity_and_unit(name)
-        if listed_meaning is not None:
-            return listed_meaning
+        quantity_and_unit = super().quantity_and_unit(name)
+        if quantity_and_unit is not None:
+            return quantity_and_unit
         meaning = meaning_of(name)
         for key in (name, split_bracketed_unit(name)[0], split_unit(name)[0]):
             meaning = self.stated_meaning_of_name.get(key, meaning)

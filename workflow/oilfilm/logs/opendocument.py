@@ -23,7 +23,7 @@ from oilfilm.logs.workbook import (
     PercentColumns,
     SheetText,
     ValueAndPercent,
-    check_letter_count,
+    check_character_count,
     chunks_of,
     date_if_midnight,
     line_of_cells,
@@ -132,7 +132,7 @@ class _SheetParser:
         self._is_in_paragraph = False
         self._annotation_depth = 0
         self._cell_count = 0
-        self._letter_count = 0
+        self._character_count = 0
         self._title = ""
 
     def _start_element(self, tag: str, attributes: dict[str, str]) -> None:
@@ -193,8 +193,8 @@ class _SheetParser:
         if row_count > LAST_ROW:
             raise ValueError(f"it has a row {row_count}; expected at most {LAST_ROW}")
         self._add_to_cell_count(len(self._cells_of_row) * (self._row_repeats - 1))
-        self._letter_count += len(line) * self._row_repeats
-        check_letter_count(self._letter_count)
+        self._character_count += len(line) * self._row_repeats
+        check_character_count(self._character_count)
         self._lines += [""] * self._empty_row_count
         self._lines += [line] * self._row_repeats
         self._empty_row_count = 0

@@ -44,12 +44,14 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     check_row_count(row_count)
     units = [_unit(field) for field in schema]
     # texts of any length are not read
-    names_to_read = {
-        schema.names[column_index]: None
+    names_of_numbers = [
+        schema.names[column_index]
         for column_index in vocabulary.quantities_and_units(schema.names, units)
         if _holds_numbers(schema.types[column_index])
-    }
-    columns = log.read(columns=list(names_to_read), use_threads=False)
+    ]
+    # columns may have the same name
+    names_to_read = list(dict.fromkeys(names_of_numbers))
+    columns = log.read(columns=names_to_read, use_threads=False)
     if columns.num_rows != row_count:
         reason = f"the footer counts {row_count} rows, and the pages have {columns.num_rows}"
         raise UnreadableLogError(reason, COPY_AGAIN_ADVICE, columns.num_rows, "damaged_file")

@@ -35,16 +35,18 @@ _FEWEST_MARKS_OF_TABLE = 3
 _SWEEP_TYPES = {"traction", "film"}
 # The surface speeds are computed: from both directions where both were measured.
 _SURFACE_SPEEDS = ("ball_speed", "disc_speed")
-# Column of `pcs.yaml` -> its declaration: its `names` in exports, its unit in exports (`logged`)
-# and in the samples (`sampled`), and `needed` where a step cannot be used without it.
+# Column, as `pcs.yaml` calls it -> its declaration: its `names` in exports, its unit in exports
+# (`logged`) and in the samples (`sampled`), and `needed` where a step cannot be used without it.
 _DECLARATION_OF_COLUMN: dict[str, dict[str, Any]] = yaml.safe_load(
     Path(__file__).with_name("pcs.yaml").read_text(encoding="utf-8")
 )
 _NEEDED_COLUMNS = tuple(
-    name for name, column in _DECLARATION_OF_COLUMN.items() if "needed" in column
+    column for column, declaration in _DECLARATION_OF_COLUMN.items() if "needed" in declaration
 )
 _DECLARATION_OF_SAMPLED_COLUMN = {
-    name: column for name, column in _DECLARATION_OF_COLUMN.items() if "sampled" in column
+    column: declaration
+    for column, declaration in _DECLARATION_OF_COLUMN.items()
+    if "sampled" in declaration
 }
 # Number of sampled columns without which a row cannot be used: the first ones, which are time, load
 # and both speeds. Rigs leave some of the others blank, so that those are spare.
@@ -156,35 +158,41 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
     cells_by_row = [row.split("\t") for row in step.row_lines]
     values_of_column = _values_of_columns(cells_by_row, index_of_column)
     sampled_columns = [
-        name
-        for name in _DECLARATION_OF_SAMPLED_COLUMN
-        if name in index_of_column or name in _SURFACE_SPEEDS
+        column
+        for column in _DECLARATION_OF_SAMPLED_COLUMN
+        if column in index_of_column or column in _SURFACE_SPEEDS
     ]
-    sampled_names = [
-        step.names[index_of_column[name]] if name in index_of_column else f"{name} (mean)"
-        for name in sampled_columns
-    ]
-    sampled_units = [_DECLARATION_OF_SAMPLED_COLUMN[name]["logged"] for name in sampled_columns]
-    logged_columns = [
-        LoggedColumn(
-            name,
-            index,
-            conversion(sampled_units[index], (_DECLARATION_OF_SAMPLED_COLUMN[name]["sampled"],)),
-            sampled_names[index],
-            sampled_units[index],
-            is_spare=index >= _NEVER_BLANK_COUNT,
+    sampled_names: list[str] = []
+    sampled_units: list[str] = []
+    logged_columns: list[LoggedColumn] = []
+    for index, column in enumerate(sampled_columns):
+        declaration = _DECLARATION_OF_SAMPLED_COLUMN[column]
+        unit = declaration["logged"]
+        name = f"{column} (mean)"
+        if column in index_of_column:
+            name = step.names[index_of_column[column]]
+        sampled_names.append(name)
+        sampled_units.append(unit)
+        is_spare = index >= _NEVER_BLANK_COUNT
+        logged_columns.append(
+            LoggedColumn(
+                column,
+                index,
+                conversion(unit, (declaration["sampled"],)),
+                name,
+                unit,
+                is_spare=is_spare,
+            )
         )
-        for index, name in enumerate(sampled_columns)
-    ]
     other_names = list(dict.fromkeys(name for name in step.names if name not in sampled_names))
     names = [*sampled_names, *other_names]
     # only compared with the number of names; 0 would say that the last row has a line end
     missing_cell_count = len(step.names) - len(cells_by_row[-1])
     cut_row_cell_count = max(len(names) - missing_cell_count, 1) if is_cut else 0
     missing_names = [
-        _DECLARATION_OF_COLUMN[name]["names"][0]
-        for name in _NEEDED_COLUMNS
-        if name not in index_of_column
+        _DECLARATION_OF_COLUMN[column]["names"][0]
+        for column in _NEEDED_COLUMNS
+        if column not in index_of_column
     ]
     return LoggedTable(
         {"log_kind": base.SETTLED_LOG_KIND},
@@ -224,17 +232,19 @@ def _values_of_columns(
 
     The time is NaN in rows that cannot be used.
     """
-    values_of_column = {name: np.full(len(cells_by_row), np.nan) for name in _DECLARATION_OF_COLUMN}
-    for name, index in index_of_column.items():
-        values_of_column[name] = np.array([_number(row, index) for row in cells_by_row])
+    values_of_column = {
+        column: np.full(len(cells_by_row), np.nan) for column in _DECLARATION_OF_COLUMN
+    }
+    for column, index in index_of_column.items():
+        values_of_column[column] = np.array([_number(row, index) for row in cells_by_row])
     values_of_column["ball_speed"], values_of_column["disc_speed"] = _surface_speeds(
         values_of_column
     )
     is_usable = np.ones(len(cells_by_row), dtype=bool)
     for numbers in values_of_column.values():
         is_usable &= ~(np.abs(numbers) > base.LARGEST_READING)
-    for name in _NEEDED_COLUMNS:
-        is_usable &= ~np.isnan(values_of_column[name])
+    for column in _NEEDED_COLUMNS:
+        is_usable &= ~np.isnan(values_of_column[column])
     values_of_column["time"] = np.where(is_usable, values_of_column["time"], np.nan)
     return values_of_column
 
@@ -271,11 +281,11 @@ def _last_digit_of_columns(
     It is at least that of `_LAST_DIGIT_OF_COLUMN`.
     """
     last_digit_of_column = dict.fromkeys(_DECLARATION_OF_COLUMN, 0.0) | _LAST_DIGIT_OF_COLUMN
-    for name, index in index_of_column.items():
+    for column, index in index_of_column.items():
         cells = [row[index] for row in cells_by_row if index < len(row)]
         most_decimals = max(map(_decimal_count, cells), default=-1)
         if most_decimals >= 0:
-            last_digit_of_column[name] = max(last_digit_of_column[name], 10.0**-most_decimals)
+            last_digit_of_column[column] = max(last_digit_of_column[column], 10.0**-most_decimals)
     return last_digit_of_column
 
 
@@ -307,11 +317,11 @@ def _is_contradictory(
         values_of_column["sliding"],
         values_of_column["srr"],
     )
-    # largest rounding error of a cell, by the name of its column
-    half_digit = {name: last_digit / 2 for name, last_digit in last_digit_of_column.items()}
+    # largest rounding error of a cell, by its column
+    half_digit = {column: last_digit / 2 for column, last_digit in last_digit_of_column.items()}
     half_difference_rounding = max(half_digit["traction_force_1"], half_digit["traction_force_2"])
     # a surface speed is one cell, or the mean of two
-    speed_rounding = max(half_digit[name] for name in ("ball_1", "ball_2", "disc_1", "disc_2"))
+    speed_rounding = max(half_digit[column] for column in ("ball_1", "ball_2", "disc_1", "disc_2"))
     force, load = values_of_column["traction_force"], values_of_column["load"]
     coefficient = values_of_column["coefficient"]
     with np.errstate(divide="ignore", invalid="ignore"):

@@ -21,7 +21,7 @@ TOO_LITTLE_MEMORY = (
     "the memory does not suffice to read it. Give the program more memory, or end other programs."
 )
 _BLOCK_BYTES = 1 << 20
-# Number of faults or names in a message. Further faults are counted, for further names are dots.
+# Number of faults or names in a message. Further faults are counted, further names become dots.
 _MOST_LISTED = 20
 # Excel writes such a file beside a workbook that is open.
 _LOCK_FILE_PREFIX = "~$"

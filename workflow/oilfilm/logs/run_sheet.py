@@ -77,7 +77,7 @@ class RunMetadata:
 
 
 def matches(name: str, pattern: str) -> bool:
-    """Whether a name matches a pattern, in which `*` is any text and `?` one letter.
+    """Whether a name matches a pattern, in which `*` is any text and `?` one character.
 
     Examples:
         >>> [matches("4102_P1.csv", pattern) for pattern in ("4102_*.csv", "4102_P?.csv", "4050*")]
@@ -98,12 +98,12 @@ def _agree(key: str, sheet_text: str, header_text: str, settings: Settings) -> b
     header_value = parse_set_point(key, header_text)
     if sheet_value is None or header_value is None:
         return False
-    tolerance = settings.same_set_point
+    same_set_point = settings.same_set_point
     if key == "inlet_temperature_c":
-        allowed = tolerance.temperature_c
+        largest_difference = same_set_point.temperature_c
     else:
-        allowed = tolerance.relative * abs(header_value)
-    return abs(sheet_value - header_value) <= allowed
+        largest_difference = same_set_point.relative * abs(header_value)
+    return abs(sheet_value - header_value) <= largest_difference
 
 
 @dataclass(frozen=True)
@@ -213,14 +213,13 @@ class RunSheet:
     def _disagreement(self, rows: Sequence[SheetRow]) -> Refusal | None:
         """Why the rows of a run cannot be followed: they contradict each other."""
         for key in dict.fromkeys(key for row in rows for key in row.text_of_key):
-            # the first row of each value, the values in the order of their last row
-            row_of_value: dict[str, SheetRow] = {}
-            for row in reversed(rows):
+            first_row_of_value: dict[str, SheetRow] = {}
+            for row in rows:
                 if key in row.text_of_key:
-                    row_of_value[row.text_of_key[key]] = row
-            if len(row_of_value) > 1:
+                    first_row_of_value.setdefault(row.text_of_key[key], row)
+            if len(first_row_of_value) > 1:
                 statements = [
-                    f"{value!r} (row of {row})" for value, row in reversed(row_of_value.items())
+                    f"{value!r} (row of {row})" for value, row in first_row_of_value.items()
                 ]
                 return Refusal(
                     "sheet_rows_disagree",

@@ -85,20 +85,17 @@ def runs_in_table(
     names = base.distinct_names(
         _joined_names(table.run_name, run_table.run_name) for run_table in run_tables
     )
-    return [
-        replace(
-            run_table,
-            run_name=name,
-            undivided_names=(
-                *(
-                    _joined_names(table.run_name, undivided_name)
-                    for undivided_name in run_table.undivided_names
-                ),
-                *table.run_names,
-            ),
+    named_tables: list[LoggedTable] = []
+    for run_table, name in zip(run_tables, names, strict=True):
+        undivided_names = [
+            _joined_names(table.run_name, undivided_name)
+            for undivided_name in run_table.undivided_names
+        ]
+        undivided_names += table.run_names
+        named_tables.append(
+            replace(run_table, run_name=name, undivided_names=tuple(undivided_names))
         )
-        for run_table, name in zip(run_tables, names, strict=True)
-    ]
+    return named_tables
 
 
 def _joined_names(*names: str) -> str:
@@ -125,7 +122,7 @@ def _label_columns(
             has_number = _has_number(table, quantities_and_units)
         label_column = _label_column(label_kind, key, table.read_texts(index), has_number)
         is_settled = table.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND
-        if _names_runs(label_column, is_settled=is_settled) and (
+        if _can_name_runs(label_column, is_settled=is_settled) and (
             label_kind != "step"
             or _is_sweep_in_each_step(table, quantities_and_units, label_column)
         ):
@@ -141,7 +138,7 @@ def _label_kind(key: str, key_by_listed_name: Mapping[str, str]) -> str:
     project_key = key_by_listed_name.get(key, key)
     if project_key in ("oil", "rig", "run"):
         return project_key
-    if header.other_oil_key({key: "x"}):
+    if header.oil_synonym_key({key: "x"}):
         return "oil"
     words = frozenset(key.rstrip(".").split("_")) - _NUMBER_WORDS
     if len(words) != 1:
@@ -170,7 +167,7 @@ def _label_column(label_kind: str, key: str, texts: Texts, has_number: BoolArray
     return _LabelColumn(label_kind, key, list(names), name_index_of_row.astype(np.int64))
 
 
-def _names_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
+def _can_name_runs(label_column: _LabelColumn, *, is_settled: bool) -> bool:
     """Whether the texts of a column name runs: no numbers with decimals, no flag, no counter.
 
     Args:
@@ -251,7 +248,7 @@ def _tables_by_label(
     name_indices_of_row = pd.MultiIndex.from_arrays(
         [label_column.name_index_of_row for label_column in label_columns]
     )
-    run_of_row, name_indices_of_runs = pd.factorize(name_indices_of_row)
+    run_index_of_row, name_indices_of_runs = pd.factorize(name_indices_of_row)
     labels_of_runs = [
         tuple(
             label_column.names[name_index]
@@ -269,7 +266,7 @@ def _tables_by_label(
         return [replace(table, run_name="", problem=problem)]
     label_count_in_name = _label_count_that_tells_apart(labels_of_runs)
     row_indices_of_runs = np.split(
-        np.argsort(run_of_row, kind="stable"), np.cumsum(np.bincount(run_of_row))[:-1]
+        np.argsort(run_index_of_row, kind="stable"), np.cumsum(np.bincount(run_index_of_row))[:-1]
     )
     tables_of_runs: list[LoggedTable] = []
     for labels, row_indices in zip(labels_of_runs, row_indices_of_runs, strict=True):
@@ -277,18 +274,19 @@ def _tables_by_label(
         for label_column, label in zip(label_columns, labels, strict=True):
             # the name of a run in its file need not differ from those of other files
             if label_column.label_kind in ("oil", "rig") and label:
-                stated = (
+                stated_text = (
                     text_of_key.get(label_column.label_kind)
                     or _stated_oil(label_column, text_of_key)
                     or label
                 )
-                text_of_key[label_column.label_kind] = _joined_texts(stated, label)
-        *undivided_names, run_name = [
-            " ".join(labels[:label_count]) for label_count in range(label_count_in_name + 1)
-        ]
+                text_of_key[label_column.label_kind] = _stated_text_and_label(stated_text, label)
+        run_name = " ".join(labels[:label_count_in_name])
+        # a name of fewer labels is that of several runs together
+        undivided_names = tuple(
+            " ".join(labels[:label_count]) for label_count in range(1, label_count_in_name)
+        )
         run_table = table.select_rows(row_indices, run_name, text_of_key)
-        # the name of no labels is empty
-        tables_of_runs.append(replace(run_table, undivided_names=tuple(undivided_names[1:])))
+        tables_of_runs.append(replace(run_table, undivided_names=undivided_names))
     return tables_of_runs
 
 
@@ -303,13 +301,14 @@ def _label_count_that_tells_apart(labels_of_runs: Sequence[tuple[str, ...]]) -> 
 
 def _stated_oil(label_column: _LabelColumn, text_of_key: Mapping[str, str]) -> str:
     """The oil that a header line such as `lubricant` states; empty without one."""
-    key = header.other_oil_key(text_of_key) if label_column.label_kind == "oil" else None
+    key = header.oil_synonym_key(text_of_key) if label_column.label_kind == "oil" else None
     return text_of_key[key] if key else ""
 
 
-def _joined_texts(stated: str, text: str) -> str:
-    """One text, or both where header and column differ: what needs the key refuses the run."""
-    return text if plain_key(stated) == plain_key(text) else f"{stated} / {text}"
+def _stated_text_and_label(stated_text: str, label: str) -> str:
+    """The label, or both where header and column differ: what needs the key refuses the run."""
+    is_same = plain_key(stated_text) == plain_key(label)
+    return label if is_same else f"{stated_text} / {label}"
 
 
 def _tables_by_restart(
@@ -347,19 +346,20 @@ def _rows_of_restarts(time: FloatArray) -> list[int]:
     """
     rows_with_time = np.flatnonzero(np.isfinite(time))
     times = time[rows_with_time]
-    time_steps = np.diff(times)
-    rising_steps = time_steps[time_steps > 0]
-    if len(rising_steps) == 0:
+    differences = np.diff(times)
+    intervals = differences[differences > 0]
+    if len(intervals) == 0:
         return []
-    tolerance = _INTERVALS_AT_RESTART * float(np.median(rising_steps))
+    tolerance = _INTERVALS_AT_RESTART * float(np.median(intervals))
     restart_rows: list[int] = []
-    start = 0
-    for row in np.flatnonzero(time_steps < 0) + 1:
-        next_times = times[row : row + _FEWEST_ROWS]
+    # indices among the rows with a time
+    start_index = 0
+    for index in np.flatnonzero(differences < 0) + 1:
+        next_times = times[index : index + _FEWEST_ROWS]
         # a clock that is set falls to any other time
-        falls_to_start = min(abs(times[row]), abs(times[row] - times[start])) <= tolerance
-        rises = bool((np.diff(next_times) > 0).all()) and next_times[-1] < times[row - 1]
+        falls_to_start = min(abs(times[index]), abs(times[index] - times[start_index])) <= tolerance
+        rises = bool((np.diff(next_times) > 0).all()) and next_times[-1] < times[index - 1]
         if falls_to_start and rises and len(next_times) == _FEWEST_ROWS:
-            restart_rows.append(int(rows_with_time[row]))
-            start = int(row)
+            restart_rows.append(int(rows_with_time[index]))
+            start_index = int(index)
     return restart_rows

@@ -6,6 +6,7 @@ Decides: which rows of a log with several loads or speeds belong to one set poin
 from bisect import insort
 from collections.abc import Iterable
 from itertools import pairwise
+from math import ceil
 from statistics import median
 
 import numpy as np
@@ -18,7 +19,7 @@ _MOST_BLOCKS = 300
 # Rows whose signals are computed at once: those of all rows of a long log are too large.
 _ROWS_AT_ONCE = 50_000
 # Blocks whose load and speed differ by less, relative, are at one level.
-_SAME_LEVEL = 0.04
+_LARGEST_LEVEL_DIFFERENCE = 0.04
 # Levels that differ by less, relative, are one set point that the rig did not hold.
 _SMALLEST_CHANGE = 0.08
 # A level is a run where its slip covers at least this share of the range of the log.
@@ -37,51 +38,53 @@ def row_indices_of_set_points(run: LoggedRun) -> list[IndexArray]:
     all_rows = np.arange(len(run))
     has_level = np.concatenate(
         [
-            np.isfinite(_level_signals(run, row_index)).all(axis=0)
-            for row_index in _parts(all_rows, _ROWS_AT_ONCE)
+            np.isfinite(_level_signals(run, row_indices)).all(axis=0)
+            for row_indices in _parts(all_rows, _ROWS_AT_ONCE)
         ]
     )
     # at standstill and without load there is no level
-    usable_index = np.flatnonzero(has_level)
-    if len(usable_index) < 2 * _FEWEST_ROWS:
+    usable_indices = np.flatnonzero(has_level)
+    if len(usable_indices) < 2 * _FEWEST_ROWS:
         return [all_rows]
-    rows_per_block = -(-len(usable_index) // _MOST_BLOCKS)
-    blocks = _parts(usable_index, rows_per_block)
-    medians = _medians_of_blocks(run, usable_index, rows_per_block)
+    rows_per_block = ceil(len(usable_indices) / _MOST_BLOCKS)
+    blocks = _parts(usable_indices, rows_per_block)
+    medians = _medians_of_blocks(run, usable_indices, rows_per_block)
     first_blocks = _first_block_of_each_sweep(medians)
-    first_row_of_sweeps = [
+    first_rows_of_sweeps = [
         _row_of_change(run, blocks[block_index - 1], blocks[block_index])
         for block_index in first_blocks[1:]
     ]
-    index_of_stretches = np.split(usable_index, np.searchsorted(usable_index, first_row_of_sweeps))
-    if len(index_of_stretches) < 2 or not _are_set_points(
-        _level_signals(run, row_index)[:2] for row_index in index_of_stretches
+    indices_of_stretches = np.split(
+        usable_indices, np.searchsorted(usable_indices, first_rows_of_sweeps)
+    )
+    if len(indices_of_stretches) < 2 or not _are_set_points(
+        _level_signals(run, row_indices)[:2] for row_indices in indices_of_stretches
     ):
         return [all_rows]
-    return np.split(all_rows, first_row_of_sweeps)
+    return np.split(all_rows, first_rows_of_sweeps)
 
 
-def _parts(row_index: IndexArray, rows_per_part: int) -> list[IndexArray]:
+def _parts(row_indices: IndexArray, rows_per_part: int) -> list[IndexArray]:
     """Indices of rows in parts of equal length, the last one perhaps shorter.
 
     Args:
-        row_index: Indices of the rows; without any there is one empty part.
+        row_indices: Indices of the rows; without any there is one empty part.
         rows_per_part: Number of rows of each part but the last one.
     """
-    return np.split(row_index, range(rows_per_part, len(row_index), rows_per_part))
+    return np.split(row_indices, range(rows_per_part, len(row_indices), rows_per_part))
 
 
-def _medians_of_blocks(run: LoggedRun, row_index: IndexArray, rows_per_block: int) -> FloatArray:
+def _medians_of_blocks(run: LoggedRun, row_indices: IndexArray, rows_per_block: int) -> FloatArray:
     """Medians of the signals of each block of rows, shape (3, blocks).
 
     Args:
         run: The run.
-        row_index: Indices of the rows.
+        row_indices: Indices of the rows.
         rows_per_block: Number of rows of each block but the last one.
     """
-    blocks_at_once = -(-_ROWS_AT_ONCE // rows_per_block)
+    blocks_at_once = ceil(_ROWS_AT_ONCE / rows_per_block)
     medians = []
-    for rows in _parts(row_index, blocks_at_once * rows_per_block):
+    for rows in _parts(row_indices, blocks_at_once * rows_per_block):
         signals = _level_signals(run, rows)
         rows_in_full_blocks = len(rows) - len(rows) % rows_per_block
         full_blocks = signals[:, :rows_in_full_blocks].reshape(3, -1, rows_per_block)
@@ -92,11 +95,11 @@ def _medians_of_blocks(run: LoggedRun, row_index: IndexArray, rows_per_block: in
     return np.concatenate(medians, axis=1)
 
 
-def _level_signals(run: LoggedRun, row_index: IndexArray) -> FloatArray:
+def _level_signals(run: LoggedRun, row_indices: IndexArray) -> FloatArray:
     """Logarithms of load and speed, and the slip, of some rows, shape (3, rows)."""
-    load_n = run.samples["load_n"][row_index]
-    ball_m_s = run.samples["ball_speed_m_s"][row_index]
-    disc_m_s = run.samples["disc_speed_m_s"][row_index]
+    load_n = run.samples["load_n"][row_indices]
+    ball_m_s = run.samples["ball_speed_m_s"][row_indices]
+    disc_m_s = run.samples["disc_speed_m_s"][row_indices]
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.stack(
             [
@@ -122,14 +125,15 @@ def _row_of_change(run: LoggedRun, earlier_block: IndexArray, later_block: Index
     earlier_level = np.median(earlier_signals, axis=1, keepdims=True)
     later_level = np.median(later_signals, axis=1, keepdims=True)
     earlier_middle, later_middle = len(earlier_block) // 2 + 1, len(later_block) // 2 + 1
-    row_index = np.concatenate([earlier_block[earlier_middle:], later_block[:later_middle]])
+    row_indices = np.concatenate([earlier_block[earlier_middle:], later_block[:later_middle]])
     signals = np.concatenate(
         [earlier_signals[:, earlier_middle:], later_signals[:, :later_middle]], axis=1
     )
-    # distance of the rows above a change from the earlier level, less that from the later one
-    nearness = np.abs(signals - earlier_level) - np.abs(signals - later_level)
-    distance_above = np.concatenate([[0.0], np.cumsum(nearness.sum(axis=0))])
-    return int(row_index[np.argmin(distance_above[:-1])])
+    # negative in rows that are nearer to the earlier level
+    excess_distance = np.abs(signals - earlier_level) - np.abs(signals - later_level)
+    # sum over all rows above each row: least where all of them, and no others, are at that level
+    excess_above = np.concatenate([[0.0], np.cumsum(excess_distance.sum(axis=0))])
+    return int(row_indices[np.argmin(excess_above[:-1])])
 
 
 def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:
@@ -144,13 +148,13 @@ def _first_block_of_each_sweep(medians: FloatArray) -> list[int]:
     sorted_loads: list[float] = []
     sorted_speeds: list[float] = []
     start_blocks = [0]
-    for block, (load, speed) in enumerate(medians[:2].T.tolist()):
-        is_at_other_level = block > 0 and (
-            abs(load - median(sorted_loads)) > _SAME_LEVEL
-            or abs(speed - median(sorted_speeds)) > _SAME_LEVEL
+    for block_index, (load, speed) in enumerate(medians[:2].T.tolist()):
+        is_at_other_level = block_index > 0 and (
+            abs(load - median(sorted_loads)) > _LARGEST_LEVEL_DIFFERENCE
+            or abs(speed - median(sorted_speeds)) > _LARGEST_LEVEL_DIFFERENCE
         )
         if is_at_other_level:
-            start_blocks.append(block)
+            start_blocks.append(block_index)
             sorted_loads.clear()
             sorted_speeds.clear()
         insort(sorted_loads, load)
@@ -174,7 +178,9 @@ def _are_set_points(stretches: Iterable[FloatArray]) -> bool:
     for stretch in stretches:
         level = np.median(stretch, axis=1)
         levels.append(level)
-        is_at_level = (np.abs(stretch - level[:, np.newaxis]) < _SAME_LEVEL).all(axis=0)
+        is_at_level = (np.abs(stretch - level[:, np.newaxis]) < _LARGEST_LEVEL_DIFFERENCE).all(
+            axis=0
+        )
         if stretch.shape[1] < _FEWEST_ROWS or is_at_level.mean() < _SHARE_AT_LEVEL:
             return False
     return all(

@@ -45,8 +45,8 @@ from oilfilm.settings.resolved import Settings
 _COMMON_COLUMNS = ("file", "run", "oil", "exclude", "remarks")
 # Cells of the column `exclude` that do not exclude a run.
 _CELLS_THAT_KEEP_A_RUN = frozenset(["", *"0 - n no false nein falsch non faux nej nei 否".split()])
-# The line of names is near the top, below comments and the line `sep=;` of Excel.
-_LINES_SEARCHED = 20
+# The row of names is near the top, below comments and the line `sep=;` of Excel.
+_ROWS_SEARCHED = 20
 _MIB = 1 << 20
 _LARGEST_SHEET_BYTES = 16 * _MIB
 # A cell to try the unit of a column: 1 is a possible set point in every usual unit.
@@ -161,7 +161,7 @@ class _SheetBeingRead:
         return _SheetColumn(name, header_key, key)
 
     def score_of_names(self, names: Sequence[str]) -> tuple[bool, int]:
-        """Score of a line of names: whether it has `file`, and the number of known names."""
+        """Score of a row of names: whether it has `file`, and the number of known names."""
         keys = [self.column(name).key for name in names]
         return "file" in keys, sum(key in self.allowed_keys for key in keys)
 
@@ -290,25 +290,25 @@ def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[i
     """
     if len(content) > _LARGEST_SHEET_BYTES:
         raise OilfilmError(f"{sheet.path}: is larger than {_LARGEST_SHEET_BYTES // _MIB} MiB.")
-    cell_rows_by_delimiter = (
+    cell_rows_of_delimiters = (
         [_cells_of_workbook(content, sheet)]
         if content.startswith(ZIP_SIGNATURE)
         else _cells_of_text(content)
     )
     sheet.raise_mistakes()
-    lines, index_of_names = _line_of_names(cell_rows_by_delimiter, sheet)
+    cell_rows, index_of_names = _row_of_names(cell_rows_of_delimiters, sheet)
     column_of_index = {
-        index: sheet.column(name) for index, name in enumerate(lines[index_of_names]) if name
+        index: sheet.column(name) for index, name in enumerate(cell_rows[index_of_names]) if name
     }
-    _check_columns(column_of_index, lines, f"row {index_of_names + 1}", sheet)
+    _check_columns(column_of_index, cell_rows, f"row {index_of_names + 1}", sheet)
     # a workbook, or a text with commas between its cells, has decimal points
-    if lines is not cell_rows_by_delimiter[0]:
+    if cell_rows is not cell_rows_of_delimiters[0]:
         set_point_indices = [
             index for index, column in column_of_index.items() if column.key in base.SET_POINT_KEYS
         ]
-        sheet.decimal_mark = _decimal_mark(lines[index_of_names + 1 :], set_point_indices)
+        sheet.decimal_mark = _decimal_mark(cell_rows[index_of_names + 1 :], set_point_indices)
     numbered_rows: list[tuple[int, SheetRow]] = []
-    for row_number, cells in enumerate(lines[index_of_names + 1 :], start=index_of_names + 2):
+    for row_number, cells in enumerate(cell_rows[index_of_names + 1 :], start=index_of_names + 2):
         if any(cells):
             numbered_rows.append(
                 (row_number, _sheet_row(f"row {row_number}", cells, column_of_index, sheet))
@@ -317,24 +317,24 @@ def _numbered_sheet_rows(content: bytes, sheet: _SheetBeingRead) -> list[tuple[i
     return numbered_rows
 
 
-def _line_of_names(
-    cell_rows_by_delimiter: Sequence[CellRows], sheet: _SheetBeingRead
+def _row_of_names(
+    cell_rows_of_delimiters: Sequence[CellRows], sheet: _SheetBeingRead
 ) -> tuple[CellRows, int]:
-    """The rows of cells whose line of names has the best score, and the index of this line.
+    """The rows of cells whose row of names has the best score, and the index of this row.
 
     Args:
-        cell_rows_by_delimiter: Rows of cells, once for each delimiter that the sheet may have.
+        cell_rows_of_delimiters: Rows of cells, once for each delimiter that the sheet may have.
         sheet: The sheet.
     """
-    best_lines: CellRows = [[]]
+    best_cell_rows: CellRows = [[]]
     best_index = 0
     best_score = (False, -1)
-    for lines in cell_rows_by_delimiter:
-        for index, names in enumerate(lines[:_LINES_SEARCHED]):
+    for cell_rows in cell_rows_of_delimiters:
+        for index, names in enumerate(cell_rows[:_ROWS_SEARCHED]):
             score = sheet.score_of_names(names)
             if score > best_score:
-                best_lines, best_index, best_score = lines, index, score
-    return best_lines, best_index
+                best_cell_rows, best_index, best_score = cell_rows, index, score
+    return best_cell_rows, best_index
 
 
 def _decimal_mark(rows: CellRows, set_point_indices: Sequence[int]) -> str:
@@ -351,7 +351,7 @@ def _decimal_mark(rows: CellRows, set_point_indices: Sequence[int]) -> str:
 
 def _check_columns(
     column_of_index: Mapping[int, _SheetColumn],
-    lines: CellRows,
+    cell_rows: CellRows,
     row_in_words: str,
     sheet: _SheetBeingRead,
 ) -> None:
@@ -359,7 +359,7 @@ def _check_columns(
 
     Args:
         column_of_index: Index of a column -> the column.
-        lines: All lines of the sheet.
+        cell_rows: All rows of the sheet.
         row_in_words: The row of the names in words, as `row 3`.
         sheet: The sheet.
 
@@ -368,11 +368,11 @@ def _check_columns(
     """
     count_of_key = Counter(column.key for column in column_of_index.values())
     if "file" not in count_of_key:
-        first_line = next((line for line in lines if any(line)), [""])
+        first_row = next((row for row in cell_rows if any(row)), [""])
         other_keys = ", ".join(key for key in sheet.allowed_keys if key != "file")
         sheet.add_mistake(
             "its first rows",
-            f"found {', '.join(first_line)[:120]!r}, expected a row of column names, one of them "
+            f"found {', '.join(first_row)[:120]!r}, expected a row of column names, one of them "
             f"`file` (others: {other_keys}). Names of your own: see `header` of the campaign file.",
         )
     sheet.raise_mistakes()
@@ -387,13 +387,13 @@ def _check_columns(
 def _cells_of_text(content: bytes) -> list[CellRows]:
     """The cells of a text, once for each delimiter that it may have."""
     text = content.decode(encoding_of(content), "replace").removeprefix("\ufeff")
-    cell_rows_by_delimiter = []
+    cell_rows_of_delimiters = []
     for delimiter in (",", ";", "\t", "|"):
         # the csv reader refuses very long cells: no run sheet has them
         with suppress(csv.Error):
             rows = csv.reader(io.StringIO(text, newline=""), delimiter=delimiter)
-            cell_rows_by_delimiter.append([[cell.strip() for cell in row] for row in rows])
-    return cell_rows_by_delimiter
+            cell_rows_of_delimiters.append([[cell.strip() for cell in row] for row in rows])
+    return cell_rows_of_delimiters
 
 
 def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> CellRows:
@@ -423,8 +423,8 @@ def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> CellRows:
     try:
         if opendocument.recognises(content):
             # each cell holds its value, also where a formula gave it
-            _, cell_lines = opendocument.sheet_lines(content)[0]
-            return [line.split("\t") for line in cell_lines]
+            _, lines = opendocument.sheet_lines(content)[0]
+            return [line.split("\t") for line in lines]
         values_sheet = openpyxl.load_workbook(
             checked_workbook(content), read_only=True, data_only=True
         ).worksheets[0]
@@ -434,12 +434,13 @@ def _cells_of_workbook(content: bytes, sheet: _SheetBeingRead) -> CellRows:
         # the size that a sheet states may be wrong: it is read to its last cell
         values_sheet.reset_dimensions()
         formulas_sheet.reset_dimensions()
-        return [
-            [text(value, cell) for value, cell in zip(row_values, row_cells, strict=True)]
-            for row_values, row_cells in zip(
-                values_sheet.iter_rows(values_only=True), formulas_sheet.iter_rows(), strict=True
-            )
-        ]
+        cell_rows: CellRows = []
+        for row_values, row_cells in zip(
+            values_sheet.iter_rows(values_only=True), formulas_sheet.iter_rows(), strict=True
+        ):
+            values_and_cells = zip(row_values, row_cells, strict=True)
+            cell_rows.append([text(value, cell) for value, cell in values_and_cells])
+        return cell_rows
     except Exception as error:  # the library raises many kinds for a damaged workbook
         reason = " ".join(str(error).split())[:200] or type(error).__name__
         raise OilfilmError(

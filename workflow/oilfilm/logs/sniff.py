@@ -25,7 +25,7 @@ from oilfilm.logs.header import (
     UNIT_BY_PLAIN_KEY,
     WORDS_FOR_OIL,
     number_and_unit,
-    other_oil_key,
+    oil_synonym_key,
     project_key_and_text,
     split_bracketed_unit,
 )
@@ -35,7 +35,7 @@ from oilfilm.logs.log_schema import (
     ListedColumns,
     LoggedColumn,
     LogSchema,
-    UsableLog,
+    UsableRows,
     Vocabulary,
 )
 from oilfilm.logs.meaning import (
@@ -71,9 +71,9 @@ def columns_by_quantity(
     has_total_time = any({"total", "time"} <= concepts_in(name) for name, _ in distinct_columns)
     for name, unit_beside_name in distinct_columns:
         unit = unit_beside_name or split_bracketed_unit(name)[1]
-        listed_meaning = vocabulary.quantity_and_unit(name)
-        if listed_meaning is not None:
-            quantity, unit_of_name = listed_meaning
+        quantity_and_unit = vocabulary.quantity_and_unit(name)
+        if quantity_and_unit is not None:
+            quantity, unit_of_name = quantity_and_unit
             is_sure = quantity != "time" or not has_total_time
             rank = 0 if is_sure else RANK_OF_WORDS
             ranks_by_quantity.setdefault(quantity, {})[name, unit or unit_of_name] = rank
@@ -128,8 +128,8 @@ class SniffedRun:
         measured_levels: Key of a set point -> measured level of load, speed or temperature; NaN
             where none is held.
         is_settled: Whether each row is a settled reading, so that its time has no meaning.
-        zero_source: Source of the zero of the force, as `semantics` names it; empty where the
-            columns do not show it, None where no source is suitable.
+        zero_source: Source of the zero of the force, as `semantics: zero` of the campaign file
+            names it; empty where the columns do not show it, None where no source is suitable.
         unit_of_quantity: Quantity -> its unit in the run.
         log_kind: Kind of log in the header.
         is_too_slow_for_seconds: Whether the steps of the time are too long to be seconds.
@@ -222,13 +222,13 @@ def sniff(file: str, content: bytes, find_zero_source: ZeroSourceFinder) -> Snif
     missing_quantities = _missing_quantities(candidates_by_quantity)
     runs: list[SniffedRun] = []
 
-    def collect_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
+    def collect_run(rows: UsableRows, settings: Settings) -> base.LoggedRun:
         runs.append(
             _sniffed_run(
-                log.run_id[len(file) + 1 :], log, quantities_without_unit, find_zero_source
+                rows.run_id[len(file) + 1 :], rows, quantities_without_unit, find_zero_source
             )
         )
-        return log.logged_run("", {"row": log.row_numbers}, {}, None)
+        return rows.logged_run("", {"row": rows.row_numbers}, {}, None)
 
     format_name, parsed_log = read_log(
         content,
@@ -260,7 +260,7 @@ def sniff(file: str, content: bytes, find_zero_source: ZeroSourceFinder) -> Snif
 def _schema_without_demands(
     listed_columns: ListedColumns,
     unneeded_quantities: Set[str],
-    collect_run: Callable[[UsableLog, Settings], base.LoggedRun],
+    collect_run: Callable[[UsableRows, Settings], base.LoggedRun],
 ) -> LogSchema:
     """A schema that reads what is there, without demands on header and columns."""
 
@@ -324,16 +324,16 @@ def _missing_quantities(candidates_by_quantity: Mapping[str, base.NamesAndUnits]
     if _TRACTION_COEFFICIENT in certain_quantities:
         # a table of mu has no force, and no time: its rows are settled readings
         certain_quantities |= {"traction_force", "time"}
-    speeds = max(
+    speed_pair = max(
         VOCABULARY.alternative_quantities, key=lambda pair: len(certain_quantities & set(pair))
     )
-    required = (*VOCABULARY.required_quantities, *speeds)
-    return [quantity for quantity in required if quantity not in certain_quantities]
+    required_quantities = (*VOCABULARY.required_quantities, *speed_pair)
+    return [quantity for quantity in required_quantities if quantity not in certain_quantities]
 
 
 def _sniffed_run(
     name_in_file: str,
-    log: UsableLog,
+    rows: UsableRows,
     quantities_without_unit: Set[str],
     find_zero_source: ZeroSourceFinder,
 ) -> SniffedRun:
@@ -341,30 +341,30 @@ def _sniffed_run(
 
     Args:
         name_in_file: Name of the run in its file.
-        log: The rows of the run.
+        rows: The rows of the run.
         quantities_without_unit: Quantities whose unit is not known: nothing follows from them.
         find_zero_source: Gives the source of the zero.
     """
     # the readers have added the oil and the rig of their settings
-    keys_of_settings = {"oil", "rig"} - log.interpretation.source_of_key.keys()
+    keys_of_settings = {"oil", "rig"} - rows.interpretation.source_of_key.keys()
     text_of_key = {
-        key: text for key, text in log.text_of_key.items() if key not in keys_of_settings
+        key: text for key, text in rows.text_of_key.items() if key not in keys_of_settings
     }
     log_kind = text_of_key.get("log_kind", "")
     is_settled = log_kind == base.SETTLED_LOG_KIND or (
-        _TRACTION_COEFFICIENT in log.values_of_quantity and "time" not in log.values_of_quantity
+        _TRACTION_COEFFICIENT in rows.values_of_quantity and "time" not in rows.values_of_quantity
     )
-    no_values = np.full(len(log.row_numbers), np.nan)
-    time_s = log.values_of_quantity.get("time", no_values)
-    load = log.values_of_quantity.get("load", no_values)
-    force = log.values_of_quantity.get("traction_force", no_values)
+    no_values = np.full(len(rows.row_numbers), np.nan)
+    time_s = rows.values_of_quantity.get("time", no_values)
+    load = rows.values_of_quantity.get("load", no_values)
+    force = rows.values_of_quantity.get("traction_force", no_values)
     ball_speed, disc_speed = _surface_speeds(
-        log.values_of_quantity, log.unit_of_quantity, no_values
+        rows.values_of_quantity, rows.unit_of_quantity, no_values
     )
     signals = (time_s, ball_speed, disc_speed, load, force)
-    step_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
-    has_clock = step_s > 0 and "time" not in quantities_without_unit and not is_settled
-    key_of_oil = other_oil_key(text_of_key) or "oil"
+    interval_s = float(np.median(np.diff(time_s))) if len(time_s) > 1 else 0.0
+    has_clock = interval_s > 0 and "time" not in quantities_without_unit and not is_settled
+    key_of_oil = oil_synonym_key(text_of_key) or "oil"
     return SniffedRun(
         name_in_file,
         key_of_oil,
@@ -372,44 +372,44 @@ def _sniffed_run(
         text_of_key.get("rig", ""),
         set_point_lines=_set_point_lines(text_of_key),
         measured_levels=_measured_levels(
-            log, (ball_speed + disc_speed) / 2, quantities_without_unit
+            rows, (ball_speed + disc_speed) / 2, quantities_without_unit
         ),
         is_settled=is_settled,
         zero_source=find_zero_source(*signals) if has_clock and np.isfinite(signals).all() else "",
-        unit_of_quantity=log.unit_of_quantity,
+        unit_of_quantity=rows.unit_of_quantity,
         log_kind=log_kind,
-        is_too_slow_for_seconds=not is_settled and step_s > _LONGEST_INTERVAL_S,
+        is_too_slow_for_seconds=not is_settled and interval_s > _LONGEST_INTERVAL_S,
     )
 
 
 def _measured_levels(
-    log: UsableLog, entrainment_speed: FloatArray, quantities_without_unit: Set[str]
+    rows: UsableRows, entrainment_speed: FloatArray, quantities_without_unit: Set[str]
 ) -> dict[str, float]:
     """Key of a set point -> its measured level; NaN where the signal is not held.
 
     Args:
-        log: The rows of a run.
+        rows: The rows of a run.
         entrainment_speed: Entrainment speed, shape (rows,); NaN where it is not known.
         quantities_without_unit: Quantities whose unit is not known.
     """
-    no_values = np.full(len(log.row_numbers), np.nan)
+    no_values = np.full(len(rows.row_numbers), np.nan)
     signal_by_set_point: dict[str, FloatArray] = {}
     if "load" not in quantities_without_unit:
-        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[log.unit_of_quantity.get("load", "N")]] = (
-            log.values_of_quantity.get("load", no_values)
+        signal_by_set_point[_SET_POINT_BY_LOAD_UNIT[rows.unit_of_quantity.get("load", "N")]] = (
+            rows.values_of_quantity.get("load", no_values)
         )
     if (
-        log.unit_of_quantity.get("ball_speed") != "rpm"
+        rows.unit_of_quantity.get("ball_speed") != "rpm"
         and not _SPEED_QUANTITIES & quantities_without_unit
     ):
         signal_by_set_point["entrainment_speed_m_s"] = entrainment_speed
     if "inlet_temperature" not in quantities_without_unit:
-        signal_by_set_point["inlet_temperature_c"] = log.values_of_quantity.get(
+        signal_by_set_point["inlet_temperature_c"] = rows.values_of_quantity.get(
             "inlet_temperature", no_values
         )
     is_turning = _is_turning(entrainment_speed)
     # readings at standstill are no level of the run
-    is_counted = is_turning if is_turning.any() else np.ones(len(log.row_numbers), dtype=bool)
+    is_counted = is_turning if is_turning.any() else np.ones(len(rows.row_numbers), dtype=bool)
     return {
         set_point_key: _held_level(set_point_key, signal[is_counted])
         for set_point_key, signal in signal_by_set_point.items()
@@ -447,12 +447,12 @@ def _surface_speeds(
     if {"ball_speed", "disc_speed"} <= values_of_quantity.keys():
         ball_speed, disc_speed = values_of_quantity["ball_speed"], values_of_quantity["disc_speed"]
         if unit_of_quantity["ball_speed"] == "rpm":
-            turning_index = np.flatnonzero(_is_turning(ball_speed) & _is_turning(disc_speed))
-            first_turning_index = turning_index[: max(1, len(ball_speed) // 50)]
-            if len(first_turning_index):
+            turning_indices = np.flatnonzero(_is_turning(ball_speed) & _is_turning(disc_speed))
+            first_turning_indices = turning_indices[: max(1, len(ball_speed) // 50)]
+            if len(first_turning_indices):
                 disc_speed = disc_speed * (
-                    np.median(ball_speed[first_turning_index])
-                    / np.median(disc_speed[first_turning_index])
+                    np.median(ball_speed[first_turning_indices])
+                    / np.median(disc_speed[first_turning_indices])
                 )
         return ball_speed, disc_speed
     entrainment_speed = values_of_quantity.get("entrainment_speed", no_values)
@@ -634,7 +634,9 @@ class Findings:
         if not labels:
             return {"my-oil": []}
         labels_by_name = _texts_by_key((_name_of_oil(label), label) for label in labels)
-        name_count_of_id = Counter(_new_oil_id(first) for first, *_ in labels_by_name.values())
+        name_count_of_id = Counter(
+            _new_oil_id(labels_of_name[0]) for labels_of_name in labels_by_name.values()
+        )
         labels_by_id: dict[str, list[str]] = {}
         for number, (name, labels_of_name) in enumerate(labels_by_name.items(), start=1):
             oil_id = _new_oil_id(labels_of_name[0])

@@ -23,14 +23,17 @@ from oilfilm.logs.header import header_of_part, joined_texts
 from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, TablesOfFile, Texts, Values
 
+# A segment begins with a tag. The tag, flags, and the numbers of bytes are its lead-in.
 _TAG = b"TDSm"
 _LEAD_IN_BYTES = 28
-_UNKNOWN_END = (1 << 64) - 1
+# LabVIEW writes this number of bytes first, and the true one when the segment is complete.
+_UNKNOWN_BYTE_COUNT = (1 << 64) - 1
+# Flag of numbers whose most significant byte is the first.
 _BIG_ENDIAN = 1 << 6
 # Largest number of scalings, and of their coefficients, in a log of a rig. The library loops over
 # them.
 _MOST_SCALINGS = 1000
-
+# LabVIEW writes an unknown start as one of 1904.
 _EARLIEST_START = np.datetime64("1970-01-01")
 
 # Its warnings about damaged files would repeat the message of the refusal on the terminal.
@@ -89,7 +92,7 @@ def _read_segments(content: bytes) -> tuple[Refusal | None, int]:
         byte_order = ">" if lead_in[4] & _BIG_ENDIAN else "<"
         segment_byte_count, metadata_byte_count = struct.unpack(f"{byte_order}QQ", lead_in[12:28])
         end = position + _LEAD_IN_BYTES + segment_byte_count
-        if segment_byte_count == _UNKNOWN_END or end > len(content):
+        if segment_byte_count == _UNKNOWN_BYTE_COUNT or end > len(content):
             return incomplete_refusal, value_byte_count
         position = end
         value_byte_count += segment_byte_count - metadata_byte_count
@@ -185,12 +188,8 @@ def _table(
         if "wf_increment" in channels[column_index].properties:
             interval_s = float(channels[column_index].properties["wf_increment"])
             clock_of_column[column_index] = Clock(start_s, interval_s, "s")
-    text_of_file_key, keys_of_group = (
-        joined_texts((plain_key(name), text_of_value(value)) for name, value in properties.items())
-        for properties in (file_properties, group.properties)
-    )
     return LoggedTable(
-        header_of_part(text_of_file_key, keys_of_group),
+        header_of_part(_text_of_key(file_properties), _text_of_key(group.properties)),
         names,
         units,
         read_values,
@@ -202,10 +201,17 @@ def _table(
     )
 
 
-def _start_s_of_channels(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
-    """Start of each channel after that of the first one, in s: by its start time and offset.
+def _text_of_key(properties: Mapping[str, Any]) -> dict[str, str]:
+    """Header key -> its text, from the properties of the file or of a group."""
+    return joined_texts(
+        (plain_key(name), text_of_value(value)) for name, value in properties.items()
+    )
 
-    Start times count only where all channels have one; LabVIEW writes an unknown one as of 1904.
+
+def _start_s_of_channels(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
+    """Start of each channel after the earliest start time, in s: by its start time and offset.
+
+    Start times count only where all channels have one.
     """
     logged_start_times = [properties.get("wf_start_time") for properties in properties_of_channels]
     offsets = [

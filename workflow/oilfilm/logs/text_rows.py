@@ -194,7 +194,7 @@ class TextTable:
         """
         if not column_indices:
             return []
-        # no copy: a log may be large
+        # the rows that have a line end; no copy, because a log may be large
         ended_rows = memoryview(self.text)[self.start_of_rows : self.text.rfind(b"\n") + 1]
         if not ended_rows:
             return [np.full(self.row_count, np.nan) for _ in column_indices]
@@ -313,7 +313,7 @@ class TextTable:
             arrow.BufferReader(arrow.py_buffer(rows_text)),
             # one thread: only then are the rows that do not fit numbered
             arrow_csv.ReadOptions(use_threads=False, column_names=names, block_size=block_bytes),
-            # no quotes: a single one would join the lines up to the next quote
+            # no quotes: an unpaired one would join the lines up to the next quote
             arrow_csv.ParseOptions(
                 delimiter=self.delimiter, quote_char=False, invalid_row_handler=skip
             ),
@@ -352,7 +352,7 @@ DATE_PATTERN = re.compile(_DATE)
 _NUMBER_FIELDS_OF_STAMP = ["h", "min", "s", "zone_h", "zone_min"]
 _S_PER_DAY = 86_400.0
 _S_PER_HOUR = 3_600.0
-# At most so many rows in a row have a wrong time of day.
+# At most so many consecutive rows have a wrong time of day.
 _MOST_WRONG_STAMPS = 10
 
 
@@ -408,13 +408,13 @@ def seconds_of_stamps(
 
 def _begins_next_day(time_of_day_s: FloatArray) -> BoolArray:
     """Mask of the rows that begin the next day, shape (rows,)."""
-    steps_s = np.diff(time_of_day_s, prepend=time_of_day_s[0])
-    begins_next_day = steps_s < -_S_PER_DAY / 2
-    rows_after_jump = np.flatnonzero(np.abs(steps_s) > _S_PER_DAY / 2).tolist()
+    change_s = np.diff(time_of_day_s, prepend=time_of_day_s[0])
+    begins_next_day = change_s < -_S_PER_DAY / 2
+    rows_after_jump = np.flatnonzero(np.abs(change_s) > _S_PER_DAY / 2).tolist()
     first_unmarked_row = 0
     for row, next_row in pairwise(rows_after_jump):
         returns_to_course = (
-            steps_s[row] * steps_s[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
+            change_s[row] * change_s[next_row] < 0 and next_row - row <= _MOST_WRONG_STAMPS
         )
         time_rises = time_of_day_s[next_row] >= time_of_day_s[row - 1]
         if row >= first_unmarked_row and returns_to_course and time_rises:

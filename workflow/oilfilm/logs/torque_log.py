@@ -14,7 +14,7 @@ from oilfilm.logs.log_schema import (
     ListedColumns,
     LoggedColumn,
     LogSchema,
-    UsableLog,
+    UsableRows,
     Vocabulary,
 )
 from oilfilm.settings.campaign import Campaign, Torque
@@ -45,18 +45,18 @@ def _header_problems(
     yield simulation_problem(text_of_key, settings)
 
 
-def _make_run(log: UsableLog, settings: Settings) -> LoggedRun:
-    """The run of a log. Its samples have `row` and the columns of the project.
+def _make_run(rows: UsableRows, settings: Settings) -> LoggedRun:
+    """The run with some rows. Its samples have `row` and the columns of the project.
 
     Its `rig_name` is the name of the bearing.
     """
-    samples: ColumnArrays = {"row": log.row_numbers}
+    samples: ColumnArrays = {"row": rows.row_numbers}
     for name, (quantity, _) in _QUANTITY_AND_UNIT_OF_COLUMN.items():
-        samples[name] = log.values_of_quantity[quantity]
+        samples[name] = rows.values_of_quantity[quantity]
     bearing = torque_section(settings.campaign).bearing
     # the rows of a torque log are never settled readings, even if its header says so
-    log = replace(log, text_of_key={**log.text_of_key, "log_kind": "continuous"})
-    return log.logged_run(bearing, samples, set_points={}, refusal=None)
+    rows = replace(rows, text_of_key={**rows.text_of_key, "log_kind": "continuous"})
+    return rows.logged_run(bearing, samples, set_points={}, refusal=None)
 
 
 def torque_section(campaign: Campaign) -> Torque:

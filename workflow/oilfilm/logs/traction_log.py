@@ -16,7 +16,7 @@ from oilfilm.logs.log_schema import (
     ListedColumns,
     LoggedColumn,
     LogSchema,
-    UsableLog,
+    UsableRows,
     Vocabulary,
 )
 from oilfilm.logs.set_point_changes import row_indices_of_set_points
@@ -131,24 +131,23 @@ def _missing_rig_values(
     )
 
 
-def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
-    """The run of a log, its loads as forces and its speeds as surface speeds."""
-    rig_name = log.text_of_key["rig"]
+def _make_run(rows: UsableRows, settings: Settings) -> base.LoggedRun:
+    """The run with some rows, its loads as forces and its speeds as surface speeds."""
+    rig_name = rows.text_of_key["rig"]
     rig = settings.rigs[rig_name]
     semantics = settings.campaign.semantics_for(rig_name)
-    set_points = stated_set_points(log.text_of_key, settings)
-    row_count = len(log.row_numbers)
-    values_of_quantity = dict(log.values_of_quantity)
-    if log.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND:
+    set_points = stated_set_points(rows.text_of_key, settings)
+    row_count = len(rows.row_numbers)
+    values_of_quantity = dict(rows.values_of_quantity)
+    if rows.text_of_key.get("log_kind") == base.SETTLED_LOG_KIND:
         for quantity, value in _value_of_unneeded_quantity(set_points).items():
             if quantity not in values_of_quantity:
                 values_of_quantity[quantity] = np.full(row_count, value)
-    # a load as maximum Hertz pressure is refused of a rig whose contact is not known
+    # `_missing_rig_values` has refused a pressure without a contact, a torque without a lever arm
     contact = rig.contact()
-    if contact is not None and log.unit_of_quantity.get("load") == "GPa":
+    if contact is not None and rows.unit_of_quantity.get("load") == "GPa":
         values_of_quantity["load"] = contact.load_n(values_of_quantity["load"])
-    # a torque is refused of a rig whose lever arm is not known
-    if log.unit_of_quantity.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is not None:
+    if rows.unit_of_quantity.get("traction_force") == _TORQUE_UNIT and rig.torque_arm_m is not None:
         values_of_quantity["traction_force"] = (
             values_of_quantity["traction_force"] / rig.torque_arm_m
         )
@@ -159,7 +158,7 @@ def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
             * values_of_quantity["load"]
         )
         values_of_quantity["traction_force"] = force_n
-    ball_m_s, disc_m_s = _surface_speeds(values_of_quantity, log.unit_of_quantity, rig, semantics)
+    ball_m_s, disc_m_s = _surface_speeds(values_of_quantity, rows.unit_of_quantity, rig, semantics)
     # a broadcast number takes no memory
     unknown_values = np.broadcast_to(np.nan, row_count)
     samples: base.ColumnArrays = {name: unknown_values for name in tables.columns("samples")}
@@ -167,20 +166,20 @@ def _make_run(log: UsableLog, settings: Settings) -> base.LoggedRun:
     for quantity, column in _SAMPLE_COLUMN_OF_QUANTITY.items():
         if quantity in values_of_quantity:
             samples[column] = values_of_quantity[quantity]
-    samples["row"] = log.row_numbers
+    samples["row"] = rows.row_numbers
     samples["ball_speed_m_s"] = ball_m_s
     samples["disc_speed_m_s"] = disc_m_s
     refusal = _contradiction_refusal(
-        log.row_numbers, values_of_quantity, ball_m_s, disc_m_s, semantics, settings.logged_twice
+        rows.row_numbers, values_of_quantity, ball_m_s, disc_m_s, semantics, settings.logged_twice
     )
-    refusal = refusal or _slip_unit_refusal(log, values_of_quantity)
+    refusal = refusal or _slip_unit_refusal(rows, values_of_quantity)
     if contact is not None:
         refusal = refusal or _rig_radius_refusal(values_of_quantity, set_points, contact, rig_name)
-    if log.text_of_key.get("log_kind") != base.SETTLED_LOG_KIND:
+    if rows.text_of_key.get("log_kind") != base.SETTLED_LOG_KIND:
         refusal = refusal or _settled_readings_refusal(
             values_of_quantity["time"], ball_m_s, disc_m_s
         )
-    return log.logged_run(rig_name, samples, set_points, refusal)
+    return rows.logged_run(rig_name, samples, set_points, refusal)
 
 
 def _rig_radius_refusal(
@@ -222,11 +221,13 @@ def _rig_radius_refusal(
 
 
 def _slip_unit_refusal(
-    log: UsableLog, values_of_quantity: Mapping[str, FloatArray]
+    rows: UsableRows, values_of_quantity: Mapping[str, FloatArray]
 ) -> base.Refusal | None:
     """A refusal if the only slip of a log, in %, is so small that it may be a fraction."""
-    column = next((column for column in log.columns if column.quantity == "slide_roll_ratio"), None)
-    if column is None or column.is_spare or len(log.row_numbers) == 0:
+    column = next(
+        (column for column in rows.columns if column.quantity == "slide_roll_ratio"), None
+    )
+    if column is None or column.is_spare or len(rows.row_numbers) == 0:
         return None
     if column.conversion != conversion("%", (column.conversion.unit,)):
         return None
@@ -332,7 +333,7 @@ def _surface_speeds(
             disc_m_s = rpm_to_surface_speed(disc_m_s, rig.disc_track_radius_m)
         return ball_m_s, disc_m_s
     entrainment_m_s = values_of_quantity["entrainment_speed"]
-    # a logged ratio is positive with the slower body slowed
+    # a logged ratio is positive where the body `slower_body` of the campaign file is slowed
     slip = semantics.sliding_sign * semantics.over_mean(values_of_quantity["slide_roll_ratio"])
     sliding_m_s = slip * entrainment_m_s
     return entrainment_m_s - sliding_m_s / 2, entrainment_m_s + sliding_m_s / 2
@@ -383,35 +384,39 @@ def _contradiction_refusal(
     }:
         # nothing is logged twice
         return None
-    turning_index = np.arange(len(row_numbers))
+    turning_indices = np.arange(len(row_numbers))
     if "ball_speed" in values_of_quantity:
         # near standstill a slip is noise
         entrainment_m_s = np.abs(ball_m_s + disc_m_s) / 2
         fast_m_s = np.quantile(entrainment_m_s, 0.9) if len(row_numbers) else 0.0
-        turning_index = np.flatnonzero(entrainment_m_s > fast_m_s / 2)
+        turning_indices = np.flatnonzero(entrainment_m_s > fast_m_s / 2)
     turning_values = {
-        quantity: column[turning_index] for quantity, column in values_of_quantity.items()
+        quantity: column[turning_indices] for quantity, column in values_of_quantity.items()
     }
     quantities_logged_twice = _quantities_logged_twice(
-        turning_values, ball_m_s[turning_index], disc_m_s[turning_index], semantics, limits
+        turning_values, ball_m_s[turning_indices], disc_m_s[turning_indices], semantics, limits
     )
-    for twice in quantities_logged_twice:
+    for logged_twice in quantities_logged_twice:
         with np.errstate(divide="ignore", invalid="ignore"):  # no force in either direction
-            scaled_difference = np.abs(twice.logged_values - twice.expected_values) / twice.scale
-        compared_index = np.flatnonzero(np.isfinite(scaled_difference))
-        if len(compared_index) == 0:
+            scaled_difference = (
+                np.abs(logged_twice.logged_values - logged_twice.expected_values)
+                / logged_twice.scale
+            )
+        compared_indices = np.flatnonzero(np.isfinite(scaled_difference))
+        if len(compared_indices) == 0:
             continue
         # the median row decides: a logged set point jumps before the rig follows
-        median_difference = float(np.median(scaled_difference[compared_index]))
-        if median_difference > twice.largest_median:
-            worst_index = compared_index[np.argmax(scaled_difference[compared_index])]
+        median_difference = float(np.median(scaled_difference[compared_indices]))
+        if median_difference > logged_twice.largest_median:
+            worst_index = compared_indices[np.argmax(scaled_difference[compared_indices])]
             return base.Refusal(
                 "columns_disagree",
-                f"{twice.quantity} is {twice.logged_values[worst_index]:.4g} in row "
-                f"{row_numbers[turning_index][worst_index]}, but "
-                f"{twice.other_columns} give {twice.expected_values[worst_index]:.4g}; the median "
+                f"{logged_twice.quantity} is {logged_twice.logged_values[worst_index]:.4g} in row "
+                f"{row_numbers[turning_indices][worst_index]}, but "
+                f"{logged_twice.other_columns} give "
+                f"{logged_twice.expected_values[worst_index]:.4g}; the median "
                 "difference is "
-                f"{median_difference:.2g}, allowed {twice.largest_median:g}",
+                f"{median_difference:.2g}, allowed {logged_twice.largest_median:g}",
             )
     return None
 

@@ -39,7 +39,7 @@ _HAS_LETTER = re.compile(r"[^\W\d_]")
 # Fewest numbers of a row of numbers. A line of a title may have one, as `Load | 20 | N`.
 _FEWEST_NUMBERS = 2
 # Rows of texts above numbers that are kept.
-_MOST_TEXT_ROWS = 20
+_MOST_ROWS_OF_TEXTS = 20
 _ONLY_PERCENT = re.compile(r"[\s\[(]*%[\s\])]*")
 _NUMBER_ALONE = re.compile(r"(?<!\S)\d+([.,]\d+)?(?!\S)")
 # Texts in quotes, a letter behind a backslash or behind the marks for gaps and filling, and colours
@@ -138,7 +138,7 @@ def sheet_texts(content: bytes) -> list[SheetText]:
     import openpyxl  # noqa: PLC0415
 
     texts: list[SheetText] = []
-    letter_count = 0
+    character_count = 0
     with closing(
         openpyxl.load_workbook(checked_workbook(content), read_only=True, data_only=True)
     ) as workbook:
@@ -153,9 +153,9 @@ def sheet_texts(content: bytes) -> list[SheetText]:
                 line = line_of_cells(cells, percent_columns.in_percent)
                 if line:
                     lines.append(line)
-                    letter_count += len(line)
+                    character_count += len(line)
                 # many cells may share one long text
-                check_letter_count(letter_count)
+                check_character_count(character_count)
             if lines:
                 texts.append(
                     SheetText(sheet.title, tab_separated_bytes(lines), percent_columns.of_fractions)
@@ -168,10 +168,10 @@ def _value_and_percent(value: Any, number_format: str) -> ValueAndPercent:
 
     A day that is shown without hours is a date alone: the time of day is in another column.
     """
-    marks = _marks_of_format(number_format)
-    if isinstance(value, datetime.datetime) and "d" in marks and "h" not in marks:
+    format_code = _format_without_texts(number_format)
+    if isinstance(value, datetime.datetime) and "d" in format_code and "h" not in format_code:
         return date_if_midnight(value), False
-    return value, "%" in marks
+    return value, "%" in format_code
 
 
 def date_if_midnight(instant: datetime.datetime) -> datetime.datetime | datetime.date:
@@ -180,24 +180,24 @@ def date_if_midnight(instant: datetime.datetime) -> datetime.datetime | datetime
 
 
 @lru_cache(maxsize=1024)
-def _marks_of_format(number_format: str) -> str:
+def _format_without_texts(number_format: str) -> str:
     r"""A number format without the texts in it: a percent sign in a text multiplies no number.
 
     Examples:
-        >>> [_marks_of_format(text) for text in ('0.0%', '0.0"%"', r'0.0\%', '[Red]0.0%')]
+        >>> [_format_without_texts(text) for text in ('0.0%', '0.0"%"', r'0.0\%', '[Red]0.0%')]
         ['0.0%', '0.0', '0.0', '0.0%']
     """
     return _TEXTS_OF_FORMAT.sub("", number_format).lower()
 
 
-def check_letter_count(letter_count: int) -> None:
-    """Refuse a workbook whose cells have too many letters.
+def check_character_count(character_count: int) -> None:
+    """Refuse a workbook whose cells have too many characters.
 
     Raises:
-        ValueError: They have more than 64 Mi letters. Letters are compared with a limit on bytes,
-            because a letter has at least one byte.
+        ValueError: They have more characters than `MOST_UNPACKED_BYTES`: each has at least one
+            byte.
     """
-    if letter_count > MOST_UNPACKED_BYTES:
+    if character_count > MOST_UNPACKED_BYTES:
         raise ValueError(f"its cells hold more than {MOST_UNPACKED_BYTES // _MIB} MiB")
 
 
@@ -219,7 +219,7 @@ class PercentColumns:
         # columns with numbers below the last names
         self._number_columns: Set[int] = frozenset()
         # texts by column, of the rows of texts since the last row of numbers
-        self._text_rows: list[Mapping[int, str]] = []
+        self._rows_of_texts: list[Mapping[int, str]] = []
 
     def add_row(self, cells: Sequence[ValueAndPercent]) -> None:
         """Add the next row: the value of each cell, and whether the sheet shows it in percent."""
@@ -232,18 +232,18 @@ class PercentColumns:
             texts = {
                 index: value for index, (value, _) in enumerate(cells) if isinstance(value, str)
             }
-            self._text_rows = [*self._text_rows[-_MOST_TEXT_ROWS:], texts]
+            self._rows_of_texts = [*self._rows_of_texts[-_MOST_ROWS_OF_TEXTS:], texts]
             return
         if len(number_columns) < _FEWEST_NUMBERS:
             return
         index_of_names = self._index_of_names(number_columns)
         if index_of_names is not None:
-            self.in_percent = _marked_columns(self._text_rows[index_of_names:])
+            self.in_percent = _marked_columns(self._rows_of_texts[index_of_names:])
             self._number_columns = frozenset()
         self._number_columns |= number_columns
         shown_in_percent = {index for index in number_columns if cells[index][1]}
         self.of_fractions |= shown_in_percent - self.in_percent
-        self._text_rows = []
+        self._rows_of_texts = []
 
     def _index_of_names(self, number_columns: Set[int]) -> int | None:
         """Index of the row of names among the rows of texts; None where there is none.
@@ -254,16 +254,16 @@ class PercentColumns:
         # numbers in other columns than before are those of another table; a title may have some
         has_new_columns = not number_columns <= self._number_columns
         columns_to_name = number_columns if has_new_columns else self._number_columns
-        for index in reversed(range(len(self._text_rows))):
-            texts = self._text_rows[index]
+        for index in reversed(range(len(self._rows_of_texts))):
+            texts = self._rows_of_texts[index]
             if _names_all_columns(texts, columns_to_name) and not is_line_of_units(
                 list(texts.values())
             ):
                 return index
-        if not has_new_columns or not self._text_rows:
+        if not has_new_columns or not self._rows_of_texts:
             return None
         # some columns have no name, or a name has a number
-        word_counts = [_word_count(texts) for texts in self._text_rows]
+        word_counts = [_word_count(texts) for texts in self._rows_of_texts]
         largest_count = max(word_counts)
         is_note = largest_count < len(number_columns) / 2
         return None if is_note else word_counts.index(largest_count)
