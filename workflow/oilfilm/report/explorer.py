@@ -21,7 +21,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.report.names import CONDITION_TEXTS, oil_colour
 from oilfilm.settings.resolved import Settings
-from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
+from oilfilm.surface.measurements import LINEAR_SLIP_LIMIT, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXIS_NAMES
 from oilfilm.traction.expression import Form, Language, straight_line_form
@@ -358,7 +358,7 @@ def _axis_of_slip(tested_slips: FloatArray) -> dict[str, Any]:
     lowest, highest = tested_slips.min(), tested_slips.max()
     first, last = scaled_slip(np.array([lowest, highest])).tolist()
     nodes = np.linspace(first, last, _SLIP_NODE_COUNT)
-    values = (SLIP_SCALE * np.sinh(nodes)).clip(lowest, highest)
+    values = (LINEAR_SLIP_LIMIT * np.sinh(nodes)).clip(lowest, highest)
     return {"column": -1, "scale": "slip", "values": values, "nodes": nodes}
 
 
@@ -430,7 +430,7 @@ JAVASCRIPT = Language({"**": Form("{} ** {}", 4, (5, 5))} | _FUNCTION_FORMS)
 
 
 # JavaScript of mu and its interval. `at` has the conditions of the law and S, which is never below
-# zero; `fit` has the numbers of `law_as_json`. `%s` stands for `SLIP_SCALE`.
+# zero; `fit` has the numbers of `law_as_json`. `%s` stands for `LINEAR_SLIP_LIMIT`.
 _TRACTION = """
 function departure({ axes, shift, half }, at) {
   const unknown = { shift: NaN, half: NaN };
@@ -486,7 +486,7 @@ def law_script(laws: Iterable[Law]) -> str:
     of the coefficients and S, and gives mu.
     """
     functions = "".join(_law_function(law) for law in laws)
-    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % SLIP_SCALE}"
+    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % LINEAR_SLIP_LIMIT}"
 
 
 def _law_function(law: Law) -> str:

@@ -425,7 +425,7 @@ class NystromPosterior:
         unshared_covariance = (
             smooth_covariance(self.covariance, coordinates, coordinates) - features @ features.T
         )
-        scaled_effects = curves.effects[coordinate_indices] * sizes.effects
+        scaled_effects = curves.effect_design[coordinate_indices] * sizes.effects
         unshared_covariance += scaled_effects @ scaled_effects.T
         unshared_covariance *= np.equal.outer(
             curves.curve_of_coordinate[coordinate_indices],
