@@ -217,7 +217,7 @@ def test_near_a_jump_of_the_cage_nothing_is_interpolated(page: Page) -> None:
     choose(page, load=600, speed=15000, temperature=100)
     assert page.inner_text("#bearing-torque-2") == "not known"
     assert page.inner_text("#bearing-torque-0") != "not known"
-    assert "Not interpolated for 4010" in page.inner_text("#bearing-parted")
+    assert "Not interpolated for 4010" in page.inner_text("#bearing-not-interpolated")
     # the oil that is not known may be the best one
     assert page.inner_text("#bearing-best") == "Best oil: not known here"
 

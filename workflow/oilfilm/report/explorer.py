@@ -252,7 +252,10 @@ def law_as_json(fit: FittedLaw, load_n_at_1_gpa: float | None = None) -> dict[st
 
     Returns:
         Numbers over the conditions of the law. `inputs` has a factor and a power per condition: the
-        condition is the factor times this power of P, U or T.
+        condition is the factor times this power of P, U or T. `internal` has the internal
+        constants; `known`, whether a group has an exponent; `fixed`, the other conditions; `level`,
+        that of the interval; `limit`, the limiting shear stress over the pressure; `lattice`, the
+        tested conditions; `box`, their ranges.
     """
     law = fit.law
     coefficients = fit.coefficients
@@ -308,7 +311,7 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
 
 
 def _axes_of_conditions(fit: FittedLaw, tested_conditions: FloatArray) -> list[dict[str, Any]]:
-    """Axes of the surface over the followed conditions.
+    """Axes of the surface over the conditions that the fit follows: those with an exponent.
 
     Each has its column among the conditions, its scale, values and nodes. The nodes are the values
     on the scale.
@@ -444,8 +447,8 @@ function departure({ axes, shift, half }, at) {
     if (!(value >= nodes[0] - rounding && value <= nodes[last] + rounding)) return unknown;
     const above = Math.max(1, nodes.findIndex((node) => value <= node + rounding));
     const below = above - 1;
-    const way = (value - nodes[below]) / (nodes[above] - nodes[below]);
-    const share = Math.min(1, Math.max(0, way));
+    const unclippedShare = (value - nodes[below]) / (nodes[above] - nodes[below]);
+    const share = Math.min(1, Math.max(0, unclippedShare));
     corners = corners.flatMap(([row, weight]) => [
       [row * nodes.length + below, weight * (1 - share)],
       [row * nodes.length + above, weight * share],
