@@ -62,6 +62,7 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     sheet, panels = oil_grid(
         style.oils_in(torque_rows, settings),
         "No torque was measured, or no law could be evaluated.",
+        # the first row of panels has the torque itself, without the name of a law
         ["", *_COMPARED_LAWS],
         lambda law_name, oil: f"{oil}, {load_variable_in_words(law_name)}" if law_name else oil,
         height=1.35,
@@ -411,11 +412,10 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     Tests that the rig can run, one column of panels per oil. Abscissa: entrainment speed U
     (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T
     (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction
-    torque
-    by one more curve: the whole uncertainty, with drag, feed oil and ring temperatures, as root
-    mean square over the duty points. The third condition has its best level. Numbers: tests to run
-    next, in this order; there are none where another cause than the law makes the largest share of
-    the variance. Circles: measured runs. White: the rig cannot run the test with a full film.
+    torque by one more curve: the whole uncertainty, with drag, feed oil and ring temperatures, as
+    root mean square over the duty points. The third condition has its best level. Numbers: tests to
+    run next, in this order; there are none where another cause than the law makes the largest share
+    of the variance. Circles: measured runs. White: the rig cannot run the test with a full film.
     """
     tests = results.test_plan
     remaining_share = tests["uncertainty_with_test"] / tests["uncertainty_now"]
