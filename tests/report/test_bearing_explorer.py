@@ -137,7 +137,7 @@ def test_between_calculated_points_the_page_has_the_planted_laws(page: Page) -> 
     for oil in OILS:
         expected = planted(oil, *points.T)
         answer = predicted(page, oil, points)
-        # the coarse map of 4010 has a point that is not interpolated, at 500 N and 20 000 rpm, next to 5000 N
+        # at 500 N and 20 000 rpm, next to 5000 N, the coarse map of 4010 is not interpolated
         known = answer["known"].to_numpy(dtype=bool)
         assert known.all() == (oil != "4010")
         assert known.mean() > 0.7
