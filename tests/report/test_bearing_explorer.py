@@ -126,7 +126,7 @@ def choose(page: Page, **values: float) -> None:
 
 def test_between_calculated_points_the_page_has_the_planted_laws(page: Page) -> None:
     random = np.random.default_rng(5)
-    # above 2000 N, where no oil is parted
+    # above 2000 N, where every oil is interpolated
     points = random.uniform([2000, 1000, 70], [30000, 20000, 140], (60, 3))
     # also at calculated points, and at the temperature of the map
     points[:3] = [[5000, 9000, 100], [30000, 20000, 140], [2000, 1000, 70]]
@@ -137,7 +137,7 @@ def test_between_calculated_points_the_page_has_the_planted_laws(page: Page) -> 
     for oil in OILS:
         expected = planted(oil, *points.T)
         answer = predicted(page, oil, points)
-        # the coarse map of 4010 has a parted point at 500 N and 20 000 rpm, next to 5000 N
+        # at 500 N and 20 000 rpm, next to 5000 N, the coarse map of 4010 is not interpolated
         known = answer["known"].to_numpy(dtype=bool)
         assert known.all() == (oil != "4010")
         assert known.mean() > 0.7
@@ -217,7 +217,7 @@ def test_near_a_jump_of_the_cage_nothing_is_interpolated(page: Page) -> None:
     choose(page, load=600, speed=15000, temperature=100)
     assert page.inner_text("#bearing-torque-2") == "not known"
     assert page.inner_text("#bearing-torque-0") != "not known"
-    assert "Not interpolated for 4010" in page.inner_text("#bearing-parted")
+    assert "Not interpolated for 4010" in page.inner_text("#bearing-not-interpolated")
     # the oil that is not known may be the best one
     assert page.inner_text("#bearing-best") == "Best oil: not known here"
 

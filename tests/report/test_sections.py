@@ -236,12 +236,12 @@ def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
 
 def test_question_of_a_sentence_keeps_its_mark_and_is_said_once() -> None:
     quality = {"law": "deng2026", "no_fit": "no traction", "fixed_conditions": ""}
-    lost = [{"oil": "4010", "certificate": certificate_sentence(quality)}]
+    unfitted = [{"oil": "4010", "certificate": certificate_sentence(quality)}]
     nothing: dict[str, list[str]] = {"fitted": [], "misfits": [], "unrepeated": []}
     texts = [
         fact.text
         for fact in facts_from_template(
-            "report/sections/fits.jinja", lost=lost, odd_curves=[], **nothing
+            "report/sections/fits.jinja", unfitted=unfitted, odd_curves=[], **nothing
         )
     ]
     (text,) = [text for text in texts if text.startswith("4010")]

@@ -33,7 +33,7 @@ def test_likelihood_is_that_of_the_normal_distribution(covariance, effect):
         sizes = covariance.sizes.effects.copy()
         sizes[number] = np.sqrt(ratio * expected)
         total = replace(covariance, sizes=replace(covariance.sizes, effects=sizes)).matrix()
-        column = covariance.curves.effects[:, number]
+        column = covariance.curves.effect_design[:, number]
         mean = size * pattern[covariance.curves.curve_of_coordinate] * column
         density = scipy.stats.multivariate_normal(mean, total).logpdf(covariance.curves.departure)
         # what is known of a size before the data: 0.6 in its logarithm

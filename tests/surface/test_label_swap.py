@@ -8,9 +8,9 @@ import pytest
 from lawless_truths import TRUTHS
 from oilfilm.surface import label_swap
 from oilfilm.surface.effects import ErrorPriors
+from oilfilm.surface.fitted_readings import FittedReadings
 from oilfilm.surface.label_swap import likeliest_swap
 from oilfilm.surface.law_mean import FreeLaw
-from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, random_conditions, simulated
 

@@ -9,9 +9,9 @@ import scipy.stats
 from lawless_truths import TRUTHS
 from nights import nightly, quick_ones
 from oilfilm.surface.effects import ErrorPriors
+from oilfilm.surface.fitted_readings import FittedReadings
 from oilfilm.surface.law_mean import FreeLaw
 from oilfilm.surface.misreading import likeliest_misreading
-from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, simulated
 

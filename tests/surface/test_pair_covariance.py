@@ -52,7 +52,7 @@ def test_slopes_of_the_likelihood_are_those_of_differences(runs, curves):
 def test_in_pairs_the_ratio_depends_on_differences_only(runs, curves):
     # both oils with the same design of effects: sums and differences are then independent
     half = len(curves.departure) // 2
-    same = replace(curves, effects=np.vstack([curves.effects[:half]] * 2))
+    same = replace(curves, effect_design=np.vstack([curves.effect_design[:half]] * 2))
     sizes = PairSizes.from_logarithms(INDEX_OF_FIT)
     pair = PairCovariance.from_curves(same, box_of(runs.stacked), runs.oil_of_curve, sizes)
     covariance = pair.matrix()

@@ -158,7 +158,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     sheet.label_axes(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
     labels = judgement + ", best " + advice["best_oil"].replace("", "none")
     advised_panel.record(
-        "advised oil", advice["speed"], advice["load_kn"], oil=advice["advised_oil"], label=labels
+        "advised oil", advice["dmn"], advice["load_kn"], oil=advice["advised_oil"], label=labels
     )
     temperature_c = settings.bearing.cage_slip.inlet_temperature_c
     title = f"{advice['bearing'].iloc[0]}, oil at {temperature_c:g} \N{DEGREE SIGN}C"
@@ -188,7 +188,7 @@ def _draw_oils(
     """Draw each cell in the colour of the oil in a column; white where nothing is decided."""
     oil_of_cell = advice[column].where(is_decided, "")
     with_index = advice.assign(number=oil_of_cell.map(["", *oils].index))
-    index_by_cell = with_index.pivot(index="load_kn", columns="speed", values="number")
+    index_by_cell = with_index.pivot(index="load_kn", columns="dmn", values="number")
     axes = panel.axes
     tints = [style.tint(style.oil_colour(oil, oils), _FIELD_TINT) for oil in oils]
     axes.pcolormesh(
@@ -214,7 +214,7 @@ def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFra
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
     oils = sure_rows["best_oil"]
     panel.dots(
-        "stays best", sure_rows["speed"], sure_rows["load_kn"], look, oil=oils, label="stays best"
+        "stays best", sure_rows["dmn"], sure_rows["load_kn"], look, oil=oils, label="stays best"
     )
     label = f"best in {100 * STAYS_BEST_SHARE:.0f} % of the draws"
     return [style.line_handle(label, linestyle="", **look)] if len(sure_rows) else []
@@ -223,11 +223,11 @@ def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFra
 def _draw_wrong_by_truth(panel: Panel, advice: pd.DataFrame) -> list[Any]:
     """Draw rings where the truth has another best oil; return entries of the legend."""
     wrong_rows = advice[is_wrong_by_truth(advice)]
-    panel.record("wrong by truth", wrong_rows["speed"], wrong_rows["load_kn"])
+    panel.record("wrong by truth", wrong_rows["dmn"], wrong_rows["load_kn"])
     if wrong_rows.empty:
         return []
     ring: style.Look = {"color": "black", "markerfacecolor": "none", "markeredgewidth": 0.8}
-    panel.axes.plot(wrong_rows["speed"], wrong_rows["load_kn"], "o", markersize=6.5, **ring)
+    panel.axes.plot(wrong_rows["dmn"], wrong_rows["load_kn"], "o", markersize=6.5, **ring)
     return [style.symbol_handle("another best oil by the truth", "o", markersize=5, **ring)]
 
 
@@ -238,7 +238,7 @@ def _draw_judgements(panel: Panel, advice: pd.DataFrame) -> list[Any]:
         cells = advice[advice["judgement"] == judgement]
         if len(cells):
             look: style.Look = {"marker": marker, "color": "black", "markersize": 3.5}
-            panel.axes.plot(cells["speed"], cells["load_kn"], linestyle="", **look)
+            panel.axes.plot(cells["dmn"], cells["load_kn"], linestyle="", **look)
             handles.append(style.line_handle(label, linestyle="", **look))
     return handles
 
@@ -251,6 +251,6 @@ def _draw_undecided(panel: Panel, advice: pd.DataFrame) -> list[Any]:
         if len(cells):
             # a cross of thin lines must be larger than a filled symbol
             look: style.Look = {"color": style.GREY, "markersize": 5}
-            panel.axes.plot(cells["speed"], cells["load_kn"], marker, **look)
+            panel.axes.plot(cells["dmn"], cells["load_kn"], marker, **look)
             handles.append(style.symbol_handle(label, marker, color=style.GREY, markersize=3.5))
     return handles

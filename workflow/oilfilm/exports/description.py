@@ -393,10 +393,9 @@ class Description:
     @property
     def certificate_sentence(self) -> str:
         """How many searches agree, or why the fit is not certified."""
-        fit = self.quality
-        if fit is None:
+        if self.quality is None:
             return "as printed, not refitted: without errors and intervals"
-        return plain_text(certificate_sentence(fit))
+        return plain_text(certificate_sentence(self.quality))
 
     @property
     def law_sentences(self) -> list[str]:

@@ -28,7 +28,7 @@ TEMPLATE_ENVIRONMENT = Environment(
     autoescape=False,  # noqa: S701 - source code, whose names and texts `plain_text` has cleaned
 )
 # For pages in Markdown, where HTML has an effect.
-TEMPLATE_ENVIRONMENT.filters["shown"] = partial(html.escape, quote=False)
+TEMPLATE_ENVIRONMENT.filters["escape_html"] = partial(html.escape, quote=False)
 
 
 class _SiInput(NamedTuple):
@@ -114,11 +114,11 @@ class TargetLanguage:
             data_label=_LABEL_OF_DATA[description.kind_of_data],
             arguments=arguments,
             argument_names=description.argument_names,
-            powers=description.power_arguments,
+            power_arguments=description.power_arguments,
             power_meanings=description.power_meanings,
             slip=SLIP,
-            slip_end=description.slip_variable.tested[1],
-            limit=repr(description.limiting_stress_ratio),
+            largest_tested_slip=description.slip_variable.tested[1],
+            limiting_stress_ratio=repr(description.limiting_stress_ratio),
             marked_where="mu is extrapolated or its size is above "
             f"{description.limiting_stress_ratio:g}, the oil's limiting shear stress over the "
             "pressure",
@@ -129,12 +129,12 @@ class TargetLanguage:
                 )
                 for name, value in steps
             ],
-            needs=lambda *names: not used_functions.isdisjoint(names),
+            uses_function=lambda *names: not used_functions.isdisjoint(names),
             head=partial(description.header, description.argument_sentences),
             head_si=partial(description.header, _si_sentences(description)),
-            result=partial(_result_sentence, description),
-            box=partial(self._box_comparisons, description),
-            si=lambda argument: _SI_INPUTS[argument.name],
+            result_sentence=partial(_result_sentence, description),
+            box_comparisons=partial(self._box_comparisons, description),
+            si_input=lambda argument: _SI_INPUTS[argument.name],
         )
 
     def _wrapped(self, expression: str) -> str:

@@ -115,8 +115,8 @@ function show() {
   byId("best").textContent = best === null ? "Best oil: not known here" : best < 0 ? "Best oil: none has a full film"
     : `Best oil: ${OILS[best]}${inDraws}`;
   const undecided = OILS.filter((_, i) => !outside.length && !answers[i].known);
-  byId("parted").hidden = !undecided.length;
-  byId("parted").textContent = `Not interpolated for ${undecided.join(", ")}: near this point the cage may roll or skid, or the answer has no interval. The command below calculates it.`;
+  byId("not-interpolated").hidden = !undecided.length;
+  byId("not-interpolated").textContent = `Not interpolated for ${undecided.join(", ")}: near this point the cage may roll or skid, or the answer has no interval. The command below calculates it.`;
   byId("command").textContent = `oilfilm bearing --bearing ${DATA.bearing} --load ${point[0]}N --speed ${point[1]}rpm --temperature ${point[2]}degC --results results/${DATA.campaign}`;
   AXES.forEach(({ name, unit }, i) => {
     byId(`slider-${name}`).value = point[i];

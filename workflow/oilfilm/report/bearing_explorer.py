@@ -29,15 +29,19 @@ _COLUMN_OF_VALUE = {
     "film": "lambda_ratio",
     "share": "best_share",
 }
-_LOAD, _SPEED, _TEMPERATURE = "axial_load_n", "inner_speed_rpm", "inlet_temperature_c"
+_AXIAL_LOAD, _INNER_SPEED, _OIL_TEMPERATURE = (
+    "axial_load_n",
+    "inner_speed_rpm",
+    "inlet_temperature_c",
+)
 # Column, label and unit of each axis, by the name of the axis in the page.
 _AXES = {
-    "load": (_LOAD, "Axial load", "N"),
-    "speed": (_SPEED, "Speed of the inner ring", "rpm"),
-    "temperature": (_TEMPERATURE, "Oil temperature", "\N{DEGREE SIGN}C"),
+    "load": (_AXIAL_LOAD, "Axial load", "N"),
+    "speed": (_INNER_SPEED, "Speed of the inner ring", "rpm"),
+    "temperature": (_OIL_TEMPERATURE, "Oil temperature", "\N{DEGREE SIGN}C"),
 }
-# Least number of steps of a slider.
-_STEPS = 200
+# Least number of steps of a slider; fewer where a step would be below 1.
+_FEWEST_STEPS = 200
 # Significant digits of the values in the page.
 _DIGITS = 5
 
@@ -81,9 +85,9 @@ def bearing_explorer_data(results: CampaignTables, settings: Settings) -> dict[s
 
 def _at_coarse_levels(fine_map: pd.DataFrame) -> pd.DataFrame:
     """Rows of the map of cage slip at every second level of load and speed."""
-    loads = every_second_level(fine_map[_LOAD].unique().tolist())
-    speeds = every_second_level(fine_map[_SPEED].unique().tolist())
-    return fine_map[fine_map[_LOAD].isin(loads) & fine_map[_SPEED].isin(speeds)]
+    loads = every_second_level(fine_map[_AXIAL_LOAD].unique().tolist())
+    speeds = every_second_level(fine_map[_INNER_SPEED].unique().tolist())
+    return fine_map[fine_map[_AXIAL_LOAD].isin(loads) & fine_map[_INNER_SPEED].isin(speeds)]
 
 
 def _slider(
@@ -101,7 +105,7 @@ def _slider(
     axis = {"name": name, "label": label, "unit": unit}
     span = levels[-1] - levels[0]
     # a step of 1, 10 or 100: the numbers of the sliders are round
-    step = 10.0 ** max(0, np.floor(np.log10(span / _STEPS))) if span > 0 else 1.0
+    step = 10.0 ** max(0, np.floor(np.log10(span / _FEWEST_STEPS))) if span > 0 else 1.0
     low, high = float(np.ceil(levels[0] / step) * step), float(np.floor(levels[-1] / step) * step)
     middle = fine_levels[name][len(fine_levels[name]) // 2]
     if low >= high:
@@ -119,7 +123,9 @@ def _values_of_oils(slip_map: pd.DataFrame, oils: Sequence[str]) -> list[dict[st
     """
     values_of_oils = []
     for oil in oils:
-        rows = slip_map[slip_map["oil"] == oil].sort_values([_LOAD, _SPEED, _TEMPERATURE])
+        rows = slip_map[slip_map["oil"] == oil].sort_values(
+            [_AXIAL_LOAD, _INNER_SPEED, _OIL_TEMPERATURE]
+        )
         is_single = ~rows["bistable"].astype("boolean").fillna(True).to_numpy(dtype=bool)
         is_single &= rows["torque_n_m_lower"].notna().to_numpy()
         values: dict[str, Any] = {

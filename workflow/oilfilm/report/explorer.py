@@ -21,7 +21,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.interval import CONFIDENCE
 from oilfilm.report.names import CONDITION_TEXTS, oil_colour
 from oilfilm.settings.resolved import Settings
-from oilfilm.surface.measurements import SLIP_SCALE, scaled_slip
+from oilfilm.surface.measurements import LINEAR_SLIP_LIMIT, scaled_slip
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.operating_grid import AXIS_NAMES
 from oilfilm.traction.expression import Form, Language, straight_line_form
@@ -252,7 +252,10 @@ def law_as_json(fit: FittedLaw, load_n_at_1_gpa: float | None = None) -> dict[st
 
     Returns:
         Numbers over the conditions of the law. `inputs` has a factor and a power per condition: the
-        condition is the factor times this power of P, U or T.
+        condition is the factor times this power of P, U or T. `internal` has the internal
+        constants; `known`, whether a group has an exponent; `fixed`, the other conditions; `level`,
+        that of the interval; `limit`, the limiting shear stress over the pressure; `lattice`, the
+        tested conditions; `box`, their ranges.
     """
     law = fit.law
     coefficients = fit.coefficients
@@ -308,7 +311,7 @@ def _surface_as_json(fit: FittedLaw) -> dict[str, Any] | None:
 
 
 def _axes_of_conditions(fit: FittedLaw, tested_conditions: FloatArray) -> list[dict[str, Any]]:
-    """Axes of the surface over the followed conditions.
+    """Axes of the surface over the conditions that the fit follows: those with an exponent.
 
     Each has its column among the conditions, its scale, values and nodes. The nodes are the values
     on the scale.
@@ -358,7 +361,7 @@ def _axis_of_slip(tested_slips: FloatArray) -> dict[str, Any]:
     lowest, highest = tested_slips.min(), tested_slips.max()
     first, last = scaled_slip(np.array([lowest, highest])).tolist()
     nodes = np.linspace(first, last, _SLIP_NODE_COUNT)
-    values = (SLIP_SCALE * np.sinh(nodes)).clip(lowest, highest)
+    values = (LINEAR_SLIP_LIMIT * np.sinh(nodes)).clip(lowest, highest)
     return {"column": -1, "scale": "slip", "values": values, "nodes": nodes}
 
 
@@ -430,7 +433,7 @@ JAVASCRIPT = Language({"**": Form("{} ** {}", 4, (5, 5))} | _FUNCTION_FORMS)
 
 
 # JavaScript of mu and its interval. `at` has the conditions of the law and S, which is never below
-# zero; `fit` has the numbers of `law_as_json`. `%s` stands for `SLIP_SCALE`.
+# zero; `fit` has the numbers of `law_as_json`. `%s` stands for `LINEAR_SLIP_LIMIT`.
 _TRACTION = """
 function departure({ axes, shift, half }, at) {
   const unknown = { shift: NaN, half: NaN };
@@ -444,8 +447,8 @@ function departure({ axes, shift, half }, at) {
     if (!(value >= nodes[0] - rounding && value <= nodes[last] + rounding)) return unknown;
     const above = Math.max(1, nodes.findIndex((node) => value <= node + rounding));
     const below = above - 1;
-    const way = (value - nodes[below]) / (nodes[above] - nodes[below]);
-    const share = Math.min(1, Math.max(0, way));
+    const unclippedShare = (value - nodes[below]) / (nodes[above] - nodes[below]);
+    const share = Math.min(1, Math.max(0, unclippedShare));
     corners = corners.flatMap(([row, weight]) => [
       [row * nodes.length + below, weight * (1 - share)],
       [row * nodes.length + above, weight * share],
@@ -486,7 +489,7 @@ def law_script(laws: Iterable[Law]) -> str:
     of the coefficients and S, and gives mu.
     """
     functions = "".join(_law_function(law) for law in laws)
-    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % SLIP_SCALE}"
+    return f"const LAWS = {{\n{functions}}};\n{_TRACTION % LINEAR_SLIP_LIMIT}"
 
 
 def _law_function(law: Law) -> str:

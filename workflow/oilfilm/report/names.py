@@ -26,7 +26,9 @@ CONDITION_TEXTS = {
 }
 # Colours of Okabe and Ito, distinct for every kind of colour vision.
 _PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-LOAD_VARIABLES = {
+# By the value of a column `load_variable`: how a bearing evaluates the campaign's law, or the name
+# of another law.
+_LAW_AND_LOAD_VARIABLE_TITLES = {
     **LAW_TITLES,
     "stress": "pressure-based",
     "load": "load-based",
@@ -85,7 +87,7 @@ def load_variable_in_words(load_variable: str) -> str:
         >>> load_variable_in_words("load")
         'load-based'
     """
-    return LOAD_VARIABLES.get(load_variable, load_variable.replace("_", " "))
+    return _LAW_AND_LOAD_VARIABLE_TITLES.get(load_variable, load_variable.replace("_", " "))
 
 
 def gate_in_words(gate_name: str) -> str:

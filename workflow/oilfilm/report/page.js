@@ -15,7 +15,8 @@ const POINTS = DATA.points.mu.map((mu, k) => ({
   conditions: DATA.points.axes.map((values) => values[k]),
 }));
 const POINTS_OF_CURVE = 201;
-const MANY = 500;
+// A chart with more measured points draws them small.
+const MANY_DOTS = 500;
 
 // ---------------------------------------------------------------- predicting
 
@@ -63,7 +64,7 @@ function predict(oil, point) {
 
 // ---------------------------------------------------------------- drawing
 
-const shape = (tag, attributes, ...children) => {
+const svgElement = (tag, attributes, ...children) => {
   const element = document.createElementNS("http://www.w3.org/2000/svg", tag);
   for (const [key, value] of Object.entries(attributes)) element.setAttribute(key, value);
   element.append(...children);
@@ -97,28 +98,28 @@ function chart(series, along) {
   const x = (value) => left + (width - left - right) * ((value - low) / (high - low));
   const y = (mu) => height - bottom - (height - top - bottom) * ((Math.min(mu, 2 * highestMu) - lowestMu) / (highestMu - lowestMu));
   const path = (points) => (points.length ? `M${points.map(([a, b]) => `${x(a).toFixed(2)} ${y(b).toFixed(2)}`).join("L")}` : "");
-  const text = (attributes, words) => shape("text", { "text-anchor": "middle", ...attributes }, words);
+  const text = (attributes, words) => svgElement("text", { "text-anchor": "middle", ...attributes }, words);
   const frame = { x: left, y: top, width: width - left - right, height: height - top - bottom };
-  const inside = shape("g", { "clip-path": "url(#clip)" },
-    ...untested(series).map(([from, to]) => shape("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })),
+  const inside = svgElement("g", { "clip-path": "url(#clip)" },
+    ...untested(series).map(([from, to]) => svgElement("rect", { ...frame, class: "shade", x: x(from), width: x(to) - x(from) })),
     ...series.map(({ kind }, i) => {
       const band = lines[i].filter(({ bandUpper }) => Number.isFinite(bandUpper));
       const outline = [...band.map((prediction) => [prediction.x, prediction.bandUpper]), ...band.map((prediction) => [prediction.x, prediction.bandLower]).reverse()];
-      return shape("path", { class: `band ${kind}`, d: path(outline) });
+      return svgElement("path", { class: `band ${kind}`, d: path(outline) });
     }),
-    ...series.flatMap(({ kind, dots: points }) => points.map(({ conditions, mu, half, oil, run }) => shape("g", { class: kind },
-      shape("path", { d: path([[conditions[along], mu - half], [conditions[along], mu + half]]) }),
-      shape("circle", { cx: x(conditions[along]), cy: y(mu), r: dots.length > MANY ? 1.5 : 4 }, shape("title", {}, `${oil}, ${run}\n${
+    ...series.flatMap(({ kind, dots: points }) => points.map(({ conditions, mu, half, oil, run }) => svgElement("g", { class: kind },
+      svgElement("path", { d: path([[conditions[along], mu - half], [conditions[along], mu + half]]) }),
+      svgElement("circle", { cx: x(conditions[along]), cy: y(mu), r: dots.length > MANY_DOTS ? 1.5 : 4 }, svgElement("title", {}, `${oil}, ${run}\n${
         AXES.map(({ symbol, unit }, i) => `${symbol} ${shortNumber(conditions[i] ?? NaN)} ${unit}`).join(", ")}\n\u03bc ${shortNumber(mu)}`))))),
-    ...series.map(({ kind }, i) => shape("path", { class: `line ${kind}`, d: path(lines[i].map((prediction) => [prediction.x, prediction.mu])) })),
-    shape("path", { class: "cursor", d: `M${x(state.point[along])} ${top}V${height - bottom}` }));
+    ...series.map(({ kind }, i) => svgElement("path", { class: `line ${kind}`, d: path(lines[i].map((prediction) => [prediction.x, prediction.mu])) })),
+    svgElement("path", { class: "cursor", d: `M${x(state.point[along])} ${top}V${height - bottom}` }));
   const label = "Traction coefficient of the chosen oils; the cards have the numbers";
-  return shape("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label },
-    shape("clipPath", { id: "clip" }, shape("rect", frame)), inside,
-    shape("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
-    ...ticks(low, high).flatMap((value) => [shape("path", { class: "axis", d: `M${x(value)} ${height - bottom}v5` }),
+  return svgElement("svg", { viewBox: `0 0 ${width} ${height}`, role: "img", "aria-label": label },
+    svgElement("clipPath", { id: "clip" }, svgElement("rect", frame)), inside,
+    svgElement("path", { class: "axis", d: `M${left} ${top}V${height - bottom}H${width - right}` }),
+    ...ticks(low, high).flatMap((value) => [svgElement("path", { class: "axis", d: `M${x(value)} ${height - bottom}v5` }),
       text({ x: x(value), y: height - bottom + 19 }, shortNumber(value))]),
-    ...ticks(lowestMu, highestMu).flatMap((mu) => [shape("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
+    ...ticks(lowestMu, highestMu).flatMap((mu) => [svgElement("path", { class: "axis", d: `M${left} ${y(mu)}h-5` }),
       text({ x: left - 8, y: y(mu) + 4, "text-anchor": "end" }, shortNumber(mu))]),
     text({ x: (left + width - right) / 2, y: height - 6 },
       `${AXES[along].label} ${AXES[along].symbol}${AXES[along].unit && ` (${AXES[along].unit})`}`),

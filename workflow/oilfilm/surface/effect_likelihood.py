@@ -138,12 +138,14 @@ class _DenseLikelihood:
     def from_covariance(cls, covariance: CurveCovariance, effect_name: str) -> "_DenseLikelihood":
         """The likelihood of one effect."""
         effect_index = EFFECT_NAMES.index(effect_name)
-        sizes = covariance.sizes.effects.copy()
-        fitted_variance = float(sizes[effect_index] ** 2)
-        sizes[effect_index] = 0.0
-        without_effect = replace(covariance, sizes=replace(covariance.sizes, effects=sizes))
+        effect_sds = covariance.sizes.effects.copy()
+        fitted_variance = float(effect_sds[effect_index] ** 2)
+        effect_sds[effect_index] = 0.0
+        without_effect = replace(covariance, sizes=replace(covariance.sizes, effects=effect_sds))
         curves = covariance.curves
-        design = curves.membership.multiply(curves.effects[:, effect_index, np.newaxis]).toarray()
+        design = curves.membership.multiply(
+            curves.effect_design[:, effect_index, np.newaxis]
+        ).toarray()
         factor = scipy.linalg.cholesky(without_effect.matrix(), lower=True)
         whitened_design = scipy.linalg.solve_triangular(factor, design, lower=True)
         whitened_departure = scipy.linalg.solve_triangular(factor, curves.departure, lower=True)
@@ -214,7 +216,7 @@ class _LowRankLikelihood:
         for curve_index, (coordinate_indices, features, factor) in enumerate(
             posterior.features_by_curve()
         ):
-            design = curves.effects[coordinate_indices, effect_index]
+            design = curves.effect_design[coordinate_indices, effect_index]
             columns = [features, design, curves.departure[coordinate_indices]]
             stacked = scipy.linalg.solve_triangular(factor, np.column_stack(columns), lower=True)
             whitened_features = stacked[:, :-2]

@@ -9,6 +9,7 @@ Decides: the level of an interval that few conditions allow.
 """
 
 import bisect
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -163,7 +164,7 @@ def _scores_and_draws(
     """
     curves, noise = covariance.curves, covariance.sizes.noise
     random_generator = generator(0, "largest score of a curve")
-    draws_per_curve = -(-_DRAW_COUNT // len(curves.conditions))
+    draws_per_curve = math.ceil(_DRAW_COUNT / len(curves.conditions))
     error = curves.remainder.copy()
     variance = np.zeros(len(error))
     drawn_largest_scores = []

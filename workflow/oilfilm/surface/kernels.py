@@ -74,7 +74,7 @@ class DepartureSizes:
     """Sizes (standard deviations and lengths) of the departure from the law.
 
     Attributes:
-        kappa: Size of the departure: the misfit of the law.
+        kappa: Size of the departure that is expected anywhere, in ln mu.
         main: Sizes of the main effects of P, U and T, in units of kappa, shape (3,).
         interaction: Size of the interaction, in units of kappa.
         slip_length: Correlation length over the scaled slip.

@@ -17,10 +17,10 @@ import scipy
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.effects import EFFECT_NAMES, ErrorPriors
+from oilfilm.surface.fitted_readings import FittedReadings
 from oilfilm.surface.measurements import LevelWidths, Measurements
 from oilfilm.surface.posterior import DensePosterior, coordinates_by_group, smooth_covariance
 from oilfilm.surface.reduction import Coordinates, reduced_curves
-from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.steadiness import SteadinessLimits
 from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT, Surface
 from oilfilm.surface.threads import with_one_blas_thread
@@ -245,7 +245,7 @@ def _ln_densities_of_run(
     ):
         curve_copy = curves.select_coordinates(coordinate_indices)
         whitened_cross_covariance_of_copy = whitened_cross_covariance[:, coordinate_indices]
-        scaled_effects = curves.effects[coordinate_indices] * sizes.effects
+        scaled_effects = curves.effect_design[coordinate_indices] * sizes.effects
         curve_covariance = (
             smooth_covariance(covariance, curve_copy, curve_copy)
             - whitened_cross_covariance_of_copy.T @ whitened_cross_covariance_of_copy

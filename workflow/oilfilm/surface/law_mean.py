@@ -77,7 +77,7 @@ class FreeLaw:
 
     @property
     def _is_followed(self) -> BoolArray:
-        """Whether a power of each group is in the law; the others may have any value."""
+        """Whether each group has an exponent that is free or not 0; other groups have no effect."""
         followed_groups = set()
         for constant, value, is_free in zip(
             self.law.constants, self.constants, self.is_free, strict=True

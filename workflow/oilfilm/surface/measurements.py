@@ -11,7 +11,7 @@ from oilfilm.base.levels import level_indices
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 
 # The slide-roll ratio at which the scaled slip turns from linear to logarithmic.
-SLIP_SCALE = 0.003
+LINEAR_SLIP_LIMIT = 0.003
 # Changes of ln P, of ln U and of T that are one unit of the scaled conditions.
 _LN_PRESSURE_SCALE, _LN_SPEED_SCALE, _TEMPERATURE_SCALE_K = 0.6, 1.5, 75.0
 # Degree of the polynomial that describes ln(noise) over the scaled slip.
@@ -20,7 +20,7 @@ _NOISE_DEGREE = 2
 
 def scaled_slip(slip: FloatArray) -> FloatArray:
     """t = asinh(S / 0.003) of each slide-roll ratio S: linear at low slip, logarithmic above."""
-    return np.arcsinh(np.asarray(slip, dtype=float) / SLIP_SCALE)
+    return np.arcsinh(np.asarray(slip, dtype=float) / LINEAR_SLIP_LIMIT)
 
 
 def scaled_conditions(conditions: FloatArray) -> FloatArray:

@@ -14,8 +14,8 @@ import numpy as np
 from oilfilm.base.ties import first_largest
 from oilfilm.base.units import BoolArray
 from oilfilm.surface.effects import ErrorPriors
+from oilfilm.surface.fitted_readings import FittedReadings
 from oilfilm.surface.measurements import Measurements
-from oilfilm.surface.relabelled import FittedReadings
 from oilfilm.surface.run_patterns import patterns_of_labels
 from oilfilm.surface.steadiness import SteadinessLimits
 from oilfilm.surface.surface import LARGEST_EXACT_CURVE_COUNT, Surface

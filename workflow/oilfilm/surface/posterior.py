@@ -424,7 +424,7 @@ class NystromPosterior:
         unshared_covariance = (
             smooth_covariance(self.covariance, coordinates, coordinates) - features @ features.T
         )
-        scaled_effects = curves.effects[coordinate_indices] * sizes.effects
+        scaled_effects = curves.effect_design[coordinate_indices] * sizes.effects
         unshared_covariance += scaled_effects @ scaled_effects.T
         unshared_covariance *= np.equal.outer(
             curves.curve_of_coordinate[coordinate_indices],
@@ -480,6 +480,6 @@ def _curve_blocks(curve_indices: IndexArray, group_of_curve: IndexArray) -> list
 
 def _rows_by_group(group_of_row: IndexArray) -> list[IndexArray]:
     """Rows of each group that has rows, in the order of the groups; one array per group."""
-    rows_by_group = np.argsort(group_of_row, kind="stable")
-    group_starts = np.flatnonzero(np.diff(group_of_row[rows_by_group])) + 1
-    return np.split(rows_by_group, group_starts)
+    sorted_rows = np.argsort(group_of_row, kind="stable")
+    group_starts = np.flatnonzero(np.diff(group_of_row[sorted_rows])) + 1
+    return np.split(sorted_rows, group_starts)

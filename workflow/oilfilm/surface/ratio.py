@@ -133,7 +133,7 @@ class RunsOfPair:
         if len(is_paired) <= condition_count:
             return self
         _, first_curves = np.unique(self.condition_of_curve, return_index=True)
-        row_of_condition = scaled_conditions(self.stacked.conditions[first_curves])
+        scaled_distinct_conditions = scaled_conditions(self.stacked.conditions[first_curves])
         chosen_conditions = np.empty(0, dtype=np.int64)
         for condition_indices in (np.flatnonzero(is_paired), np.flatnonzero(~is_paired)):
             remaining_count = condition_count - len(chosen_conditions)
@@ -142,7 +142,7 @@ class RunsOfPair:
                     chosen_conditions,
                     condition_indices[
                         farthest_point_selection(
-                            row_of_condition[condition_indices], remaining_count
+                            scaled_distinct_conditions[condition_indices], remaining_count
                         )
                     ],
                 )
@@ -179,7 +179,7 @@ class RunsOfPair:
             log_mu_of_oils: ln mu of each oil by its present surface or law.
             zero_sd: Standard deviation of the zero, as a traction coefficient.
         """
-        # departure, effects and remainder depend on the oil, and are replaced below
+        # departure, effect design and remainder depend on the oil, and are replaced below
         curves = reduced_curves(self.stacked, law, law.log_mu, zero_sd, box_of(self.stacked))
         departures, designs = [], []
         for measurements, log_mu_of_oil in zip(
@@ -196,7 +196,7 @@ class RunsOfPair:
         return replace(
             curves,
             departure=departure,
-            effects=curves.vectors.T @ (weight[:, np.newaxis] * np.vstack(designs)),
+            effect_design=curves.vectors.T @ (weight[:, np.newaxis] * np.vstack(designs)),
             remainder=weighted_departure - curves.vectors @ departure,
         )
 

@@ -36,7 +36,7 @@ _CURVES_AT_ONCE = 1000
 # mu is near zero if it is below this factor times the error of the zero.
 _NEAR_ZERO_FACTOR = 10.0
 
-# Column of the gain in `ReducedCurves.effects`.
+# Column of the gain in `ReducedCurves.effect_design`.
 _GAIN_COLUMN = EFFECT_NAMES.index("gain")
 # Rig number of a value on another rig than those of the data: it has the gain of none of them.
 ANOTHER_RIG = -1
@@ -146,7 +146,7 @@ class ReducedCurves:
         slip_weights_of_points: Weights of `slips` at each point, shape (points, slips).
         departure: V' W y, with y the measured ln mu less that of the law, shape (coordinates,).
         law_slopes: V' W of the slopes of the law, see `slopes_of_law`, shape (coordinates, slopes).
-        effects: V' W of the design of the effects of runs, shape (coordinates, effects).
+        effect_design: V' W of `effects.effect_design`, shape (coordinates, effects).
         remainder: What V leaves of the weighted departure at each point, shape (points,).
         rig_of_curve: Number of the rig of each curve, shape (curves,); `ANOTHER_RIG` where the data
             do not name rigs.
@@ -160,7 +160,7 @@ class ReducedCurves:
     slip_weights_of_points: scipy.sparse.csr_array
     departure: FloatArray
     law_slopes: FloatArray
-    effects: FloatArray
+    effect_design: FloatArray
     remainder: FloatArray
     rig_of_curve: IndexArray
 
@@ -199,9 +199,9 @@ class ReducedCurves:
 
     @cached_property
     def effect_products(self) -> FloatArray:
-        """Products of the effects of both coordinates of each pair, shape (pairs, effects)."""
+        """Products of the designs of both coordinates of each pair, shape (pairs, effects)."""
         first_coordinate, second_coordinate = self.coordinate_pairs
-        return self.effects[first_coordinate] * self.effects[second_coordinate]
+        return self.effect_design[first_coordinate] * self.effect_design[second_coordinate]
 
     @cached_property
     def gain_products_of_rigs(self) -> FloatArray:
@@ -214,7 +214,7 @@ class ReducedCurves:
         """Change of each coordinate by a gain of 1 of each rig, shape (coordinates, rigs)."""
         rig_of_coordinate = self.rig_of_curve[self.curve_of_coordinate]
         is_of_rig = np.equal.outer(rig_of_coordinate, rigs_by_first_curve(self.rig_of_curve))
-        return self.effects[:, [_GAIN_COLUMN]] * is_of_rig
+        return self.effect_design[:, [_GAIN_COLUMN]] * is_of_rig
 
     @property
     def residual_freedom(self) -> int:
@@ -238,7 +238,7 @@ class ReducedCurves:
             slips=self.slips[used_slips],
             weights=weights[:, used_slips],
             law_slopes=self.law_slopes[coordinate_indices],
-            gain=self.effects[coordinate_indices, _GAIN_COLUMN],
+            gain=self.effect_design[coordinate_indices, _GAIN_COLUMN],
             rig_of_coordinate=self.rig_of_curve[self.curve_of_coordinate[coordinate_indices]],
         )
 
@@ -370,7 +370,7 @@ def reduced_curves(
     )
     departure = transposed_vectors @ weighted_departure
     law_slopes = []
-    effects = []
+    effect_designs = []
     curve_count = len(measurements.conditions)
     for first_curve in range(0, curve_count, _CURVES_AT_ONCE):
         curve_limits = [first_curve, first_curve + _CURVES_AT_ONCE]
@@ -383,7 +383,9 @@ def reduced_curves(
         block_conditions = conditions[point_block]
         block_slip = slip[point_block]
         law_slopes.append(projection @ slopes_of_law(law, box, block_conditions, block_slip))
-        effects.append(projection @ effect_design(present_log_mu, block_conditions, block_slip))
+        effect_designs.append(
+            projection @ effect_design(present_log_mu, block_conditions, block_slip)
+        )
     rig_of_curve = measurements.rig_of_curve
     if rig_of_curve is None:
         rig_of_curve = np.full(curve_count, ANOTHER_RIG)
@@ -396,7 +398,7 @@ def reduced_curves(
         slip_weights_of_points=slip_weights_of_points,
         departure=departure,
         law_slopes=np.vstack(law_slopes),
-        effects=np.vstack(effects),
+        effect_design=np.vstack(effect_designs),
         remainder=weighted_departure - transposed_vectors.T @ departure,
         rig_of_curve=rig_of_curve,
     )

@@ -6,7 +6,7 @@ most likely sizes is over their logarithms.
 
 Reference: H. D. Patterson, R. Thompson, Biometrika 58 (1971) 545.
 
-Decides: the prior of the misfit of a law.
+Decides: the prior of the departure from a law.
 """
 
 from collections.abc import Callable
@@ -33,7 +33,7 @@ from oilfilm.surface.kernels import (
 )
 from oilfilm.surface.reduction import ReducedCurves
 
-# Prior of kappa, the misfit of the law, that allows any law from an exact to a wrong one.
+# Prior of kappa, the size of the departure from the law. It allows any law, exact or wrong.
 MISFIT_KAPPA_PRIOR = LogNormal(median=0.03, ln_sd=2.0, smallest=1e-4, largest=3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.

@@ -2,13 +2,13 @@
 
 The gain of a rig is the relative error of traction force that all its runs share. The gains of rigs
 are normally distributed. Their standard deviation s is not known exactly: a few rigs show it in
-part, and there is a prior. With n gains that the data resolve, the density of
-ln s is
+part, and there is a prior. With n gains that the data resolve, the density of ln s is
 
     p(ln s) ~ s^-n exp(-n v / (2 s^2)) exp(-(ln s - ln m)^2 / (2 r^2)),
 
 where v is the mean square of the resolved gains, m the prior median of s, and r the prior standard
 deviation of ln s. The last factor is the prior of s, and p its posterior.
+
 The gain of another rig is a mixture of normal distributions over this posterior. With a flat prior
 of ln s the gain follows Student's t with n degrees of freedom. Without resolved gains (n = 0) the
 posterior is the prior.
@@ -63,8 +63,10 @@ def factor_of_another_rig(
     ln_sds = np.linspace(
         np.log(gain_sd_prior.smallest), np.log(gain_sd_prior.largest), _GRID_POINT_COUNT
     )
-    ln_shift = (np.log(gain_sd) - np.log(gain_sd_prior.median)) / gain_sd_prior.ln_sd**2
-    sum_of_squares = max(gain_sd**2 * (gain_count + ln_shift), 0.0)
+    # derivative of the logarithm of the prior by ln s, at the most likely s
+    prior_slope = -(np.log(gain_sd) - np.log(gain_sd_prior.median)) / gain_sd_prior.ln_sd**2
+    # n v
+    sum_of_squares = max(gain_sd**2 * (gain_count - prior_slope), 0.0)
     ln_density = (
         -gain_count * ln_sds
         - sum_of_squares / 2 * np.exp(-2 * ln_sds)

@@ -447,6 +447,7 @@ def _improved_group(
                 + diagonal[joining]
             )
             pair_scores = pair_projections**2 / pair_size_precisions - penalty[len(leaving)]
+            # positions in `leaving` and `joining`
             leaver, joiner = np.unravel_index(int(np.argmax(pair_scores)), pair_scores.shape)
             if pair_scores[leaver, joiner] > best_score:
                 best_score = float(pair_scores[leaver, joiner])

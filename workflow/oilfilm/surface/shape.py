@@ -181,8 +181,9 @@ class PredictedCurve:
     @property
     def weighted_remainder(self) -> FloatArray:
         """Inverse covariance of the remainder times the remainder, shape (points,)."""
-        share_of_zero = (self.zero_remainder @ self.remainder) / self.variance_of_zero_remainder
-        return (self.remainder - self.zero_remainder * share_of_zero) / self.noise**2
+        # the error of the zero, in its standard deviations, that the remainder suggests
+        zero_in_sds = (self.zero_remainder @ self.remainder) / self.variance_of_zero_remainder
+        return (self.remainder - self.zero_remainder * zero_in_sds) / self.noise**2
 
     @property
     def squares_per_point(self) -> float:
@@ -426,22 +427,21 @@ def curve_shapes(
         judge = fit.judge(measurements_of_part, box)
         all_curves = np.arange(len(curves_of_part))
         retained_curves = judge.agreeing_curves_from(all_curves)
-        oddness_by_all_of_curve = np.full(len(curves_of_part), np.inf)
+        oddness_by_all_curves = np.full(len(curves_of_part), np.inf)
         if len(retained_curves) < len(curves_of_part):
             # most campaigns have no odd curve, and their search of sizes is spared
             fit_of_all = fit_of_all or _next_fit(
                 sample, _known_error_priors(fit, error_priors), box, fit
             )
-            oddness_by_all_of_curve = fit_of_all.judge(measurements_of_part, box).oddness_of_curves(
-                all_curves, _LIMITS_BY_ALL
-            )
+            judge_by_all = fit_of_all.judge(measurements_of_part, box)
+            oddness_by_all_curves = judge_by_all.oddness_of_curves(all_curves, _LIMITS_BY_ALL)
         # where retained curves contradict each other, no majority says which of them are right
         oddness_of_retained = judge.oddness_of_curves(retained_curves)[retained_curves]
-        largest_oddness = REFUSED_ODDNESS if np.any(oddness_of_retained > 1) else np.inf
+        oddness_cap = REFUSED_ODDNESS if np.any(oddness_of_retained > 1) else np.inf
         judged_curves = zip(
             curves_of_part,
             judge.predicted_curves(retained_curves),
-            oddness_by_all_of_curve,
+            oddness_by_all_curves,
             strict=True,
         )
         for curve_index, predicted, oddness_by_all in judged_curves:
@@ -451,14 +451,14 @@ def curve_shapes(
                     int(curve_order[curve_index]),
                     point_order[point_indices],
                     predicted,
-                    min(oddness_by_all, largest_oddness),
+                    min(oddness_by_all, oddness_cap),
                 )
             )
     return tuple(sorted(shapes, key=lambda shape: shape.curve_index))
 
 
 def _shape(
-    curve_index: int, point_indices: IndexArray, predicted: PredictedCurve, largest_oddness: float
+    curve_index: int, point_indices: IndexArray, predicted: PredictedCurve, oddness_cap: float
 ) -> CurveShape:
     """The `CurveShape` of a curve.
 
@@ -466,7 +466,7 @@ def _shape(
         curve_index: Index of the curve in the measurements.
         point_indices: Indices of its points in the measurements, shape (points,).
         predicted: The curve as the others predict it.
-        largest_oddness: Largest oddness that is stated.
+        oddness_cap: Largest oddness that is stated.
     """
     log_mu_sds = predicted.log_mu_sds()
     farthest_point = int(first_largest(np.abs(predicted.deviations()) / log_mu_sds))
@@ -476,7 +476,7 @@ def _shape(
         expected_mu=float(predicted.expected_mu()[farthest_point]),
         log_mu_sd=float(log_mu_sds[farthest_point]),
         median_log_mu_sd=float(np.median(log_mu_sds)),
-        oddness=min(predicted.oddness(_LIMITS_BY_RETAINED), largest_oddness),
+        oddness=min(predicted.oddness(_LIMITS_BY_RETAINED), oddness_cap),
     )
 
 

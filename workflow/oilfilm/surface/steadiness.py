@@ -300,8 +300,10 @@ def _smallest_visible_sizes(
         share = _share_of_information(
             size_information, patterns.sums_of_squares, random_information
         )
-        squared_size = limits.factor_on_score(share) * (size_information + prior_precision)
-        standard_deviations = np.sqrt(squared_size) / size_information
+        # a change has the score (size * information)^2 / precision; the factor raises its limit
+        size_precision = size_information + prior_precision
+        score_factor = limits.factor_on_score(share)
+        standard_deviations = np.sqrt(score_factor * size_precision) / size_information
         sizes.append(limits.seen_at * float(standard_deviations.max()))
     return sizes
 
@@ -411,9 +413,10 @@ class _ChangeSearch:
         run_count = len(information_of_variances[0].vector)
         if run_count < _FEWEST_RUNS_OF_GROUPS:
             return []
+        # by bytes: a group that is found at several variances is one candidate
         is_member_by_bytes = {}
-        step = max(len(information_of_variances) // _VARIANCES_OF_GROUPS, 1)
-        for information in information_of_variances[::step]:
+        stride = max(len(information_of_variances) // _VARIANCES_OF_GROUPS, 1)
+        for information in information_of_variances[::stride]:
             is_member = likeliest_group(information, self.prior_precision)
             is_member_by_bytes[is_member.tobytes()] = is_member
         candidates = []
@@ -427,12 +430,13 @@ class _ChangeSearch:
         self, candidates: Sequence[_Candidate], limits: SteadinessLimits
     ) -> list[Change]:
         """The change by each candidate, at the variance at which it is likeliest."""
-        fits_by_variance = [
+        fits_of_variances = [
             self._fitted(candidates, variance_index)
             for variance_index in range(len(self.twice_ln_steady_likelihoods))
         ]
         changes = []
-        for candidate, fits in zip(candidates, zip(*fits_by_variance, strict=True), strict=True):
+        for candidate_index, candidate in enumerate(candidates):
+            fits = [fits_at_variance[candidate_index] for fits_at_variance in fits_of_variances]
             likeliest_fit = max(fits, key=lambda fit: fit.twice_ln_likelihood)
             changes.append(self._change(candidate, likeliest_fit, limits))
         return changes

@@ -7,7 +7,7 @@ import numpy as np
 
 from oilfilm.base.units import BoolArray, FloatArray, IndexArray
 from oilfilm.surface.limits import SurfaceLimits
-from oilfilm.surface.measurements import SLIP_SCALE, Measurements, scaled_slip
+from oilfilm.surface.measurements import LINEAR_SLIP_LIMIT, Measurements, scaled_slip
 
 # Scaled slips within this distance are the same slip: 0.02 is 2 % of a slip far above 0.003.
 SAME_SLIP = 0.02
@@ -17,7 +17,10 @@ _SMALL_SLIP = 0.02
 
 
 class Support(IntEnum):
-    """Whether a surface has support at a point, or why not."""
+    """Whether a surface has support at a point, or why not.
+
+    `support_codes` gives all but `LAW_NOT_POSITIVE`, for which the law must be evaluated.
+    """
 
     SUPPORTED = 0
     SPREAD_TOO_LARGE = 1
@@ -71,7 +74,7 @@ class SlipCoverage:
         is_beyond = (new_slips < self.scaled_slips[0]) | (new_slips > self.scaled_slips[-1])
         share_of_gap = limits.reach_in_gaps * np.where(is_beyond, 0.5, 1.0)
         is_far_in_gaps = self.distance(slip) > share_of_gap * self.widest_gap + SAME_SLIP
-        tested_slips = SLIP_SCALE * np.sinh(self.scaled_slips)
+        tested_slips = LINEAR_SLIP_LIMIT * np.sinh(self.scaled_slips)
         distance = _distance_to_nearest(
             np.arcsinh(tested_slips / _SMALL_SLIP), np.arcsinh(slip / _SMALL_SLIP)
         )
@@ -109,14 +112,14 @@ def support_codes(
         distance_in_ranges: Distance from the tested conditions, as
             `ConditionBox.distance_in_ranges` gives it, shape (points,).
     """
-    is_between = coverage.distance(slip) > SAME_SLIP
+    is_untested_slip = coverage.distance(slip) > SAME_SLIP
     has_few_slips = coverage.slips_per_curve < limits.fewest_slips
     rests_on_bound = np.any(spread_of_bounds > limits.largest_spread_of_bound, axis=1)
     reasons: list[tuple[Support, BoolArray]] = [
         (Support.CONSTANT_AT_BOUND, rests_on_bound),
         (Support.SPREAD_TOO_LARGE, spread > limits.largest_spread),
         (Support.FAR_FROM_TESTED_SLIPS, coverage.is_far(slip, limits)),
-        (Support.FEW_SLIPS, has_few_slips & is_between),
+        (Support.FEW_SLIPS, has_few_slips & is_untested_slip),
         (Support.FAR_FROM_TESTED_CONDITIONS, distance_in_ranges > limits.reach_in_ranges),
         (Support.CONDITION_NOT_VARIED, np.isinf(distance_in_ranges)),
     ]

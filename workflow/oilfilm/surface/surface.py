@@ -47,7 +47,7 @@ from oilfilm.surface.threads import with_one_blas_thread
 # Largest number of curves whose posterior is exact. In a larger campaign it is approximated by
 # representative conditions, far from each other (inducing points).
 LARGEST_EXACT_CURVE_COUNT = 150
-# Number of these conditions.
+# Number of these representative conditions.
 _INDUCING_CONDITIONS = 60
 # Number of curves at which the sizes of a larger campaign are searched. The time of the search
 # grows with their third power.
@@ -210,7 +210,8 @@ class Surface:
         box = self.covariance.box
         targets = coordinates_at_points(self.law, box, conditions, slip)
         departure, surface_variance = self._departure_on_rigs(targets, rig_numbers)
-        effects = effect_design(self.log_mu, conditions, slip) * self.covariance.sizes.effects
+        slopes_by_effect = effect_design(self.log_mu, conditions, slip)
+        sd_by_effect = slopes_by_effect * self.covariance.sizes.effects
         surface_sd = np.sqrt(surface_variance)
         distance_in_ranges = box.distance_in_ranges(targets.conditions)[
             targets.condition_of_coordinate
@@ -219,7 +220,7 @@ class Surface:
             mu=np.exp(self.law.log_mu(conditions, slip) + departure),
             surface_sd=surface_sd,
             next_run_sd=np.sqrt(
-                surface_variance + np.sum(effects**2, axis=1) + noise_and_rig_sd**2
+                surface_variance + np.sum(sd_by_effect**2, axis=1) + noise_and_rig_sd**2
             ),
             support_codes=support_codes(
                 self.limits,
@@ -403,9 +404,9 @@ def most_likely_surface_sizes(
     )
     tells_rigs_apart = sample.rig_count > 1
     cautious_priors = priors(error_priors, INTERVAL_KAPPA_PRIOR, tells_rigs_apart=tells_rigs_apart)
-    start = np.append(
-        first.logarithms, np.log([error_priors.rig_gain.median] if tells_rigs_apart else [])
-    )
+    start = first.logarithms
+    if tells_rigs_apart:
+        start = np.append(start, np.log([error_priors.rig_gain.median]))
     cautious = most_likely_sizes(curves, box, cautious_priors, start)
     return SurfaceSizes(
         first=first.logarithms,

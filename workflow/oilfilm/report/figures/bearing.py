@@ -58,10 +58,11 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     oil temperature. Crosses: the cage may roll or skid.
     """
     torque_rows = _with_set_points(results.torque, settings)
-    torque_rows = torque_rows.assign(speed=torque_rows["inner_speed_rpm"] / 1e3)
+    torque_rows = torque_rows.assign(speed_krpm=torque_rows["inner_speed_rpm"] / 1e3)
     sheet, panels = oil_grid(
         style.oils_in(torque_rows, settings),
         "No torque was measured, or no law could be evaluated.",
+        # the first row of panels has the torque itself, without the name of a law
         ["", *_COMPARED_LAWS],
         lambda law_name, oil: f"{oil}, {load_variable_in_words(law_name)}" if law_name else oil,
         height=1.35,
@@ -75,7 +76,7 @@ def torque(results: CampaignTables, settings: Settings) -> Sheet:
     for panel, law_name, oil in panels:
         rows = torque_rows[torque_rows["oil"] == oil]
         if law_name:
-            _draw_errors(panel, rows[rows["load_variable"] == law_name], looks)
+            _draw_torque_errors(panel, rows[rows["load_variable"] == law_name], looks)
             panel.axes.set_ylim(lowest, highest)
         else:
             _draw_torque(panel, rows[rows["load_variable"] == "stress"], looks)
@@ -140,7 +141,7 @@ def _draw_torque(
         line_look = {name: look[name] for name in ("color", "linestyle", "linewidth")}
         panel.line(
             "calculated",
-            rows_of_set_point["speed"],
+            rows_of_set_point["speed_krpm"],
             rows_of_set_point["torque_n_m"],
             line_look,
             **details,
@@ -149,17 +150,19 @@ def _draw_torque(
         measured = rows_of_set_point["measured_torque_n_m"]
         half_bar = style.BAR_HALF_LENGTH_SE * rows_of_set_point["measured_torque_n_m_uncertainty"]
         ends = {"lower": measured - half_bar, "upper": measured + half_bar}
-        panel.dots("measured", rows_of_set_point["speed"], measured, dot_look, **details, **ends)
-    _draw_motions(panel, torque_rows, "speed", "torque_n_m")
+        panel.dots(
+            "measured", rows_of_set_point["speed_krpm"], measured, dot_look, **details, **ends
+        )
+    _draw_motions(panel, torque_rows, "speed_krpm", "torque_n_m")
     panel.axes.set_ylim(bottom=0)
 
 
-def _draw_errors(
+def _draw_torque_errors(
     panel: Panel, torque_rows: pd.DataFrame, looks: Mapping[tuple[float, float], style.Look]
 ) -> None:
     """Draw the error of the torque by one law, with its interval, side by side at each speed."""
     panel.axes.axhline(0, color="black", linewidth=0.6)
-    gaps = np.diff(np.unique(torque_rows["speed"].round(1)))
+    gaps = np.diff(np.unique(torque_rows["speed_krpm"].round(1)))
     step = gaps.min() / (len(looks) + 2) if len(gaps) else 0.0
     for series_index, ((load_n, temperature_c), look) in enumerate(looks.items()):
         rows_of_set_point = _rows_at_set_point(torque_rows, load_n, temperature_c)
@@ -168,7 +171,7 @@ def _draw_errors(
             100 * (rows_of_set_point[name] / measured - 1)
             for name in ("torque_n_m", "torque_n_m_lower", "torque_n_m_upper")
         )
-        speed_beside = rows_of_set_point["speed"] + (series_index - (len(looks) - 1) / 2) * step
+        x_beside = rows_of_set_point["speed_krpm"] + (series_index - (len(looks) - 1) / 2) * step
         dot_look = {name: look[name] for name in ("color", "fillstyle", "marker", "markersize")}
         motion_labels = _motion_labels(rows_of_set_point, two_motions=", bistable", one_motion="")
         labels = f"{_in_kn(load_n)}, {temperature_c:.0f} degC" + motion_labels
@@ -178,7 +181,7 @@ def _draw_errors(
             "lower": lower_percent,
             "upper": upper_percent,
         }
-        panel.dots("error", speed_beside, error_percent, {**dot_look, "elinewidth": 0.6}, **details)
+        panel.dots("error", x_beside, error_percent, {**dot_look, "elinewidth": 0.6}, **details)
 
 
 def _in_kn(load_n: float) -> str:
@@ -193,7 +196,7 @@ def _rows_at_set_point(
     is_at_set_point = (torque_rows["load"].round() == load_n) & (
         torque_rows["temperature_c"] == temperature_c
     )
-    return torque_rows[is_at_set_point].sort_values("speed", kind="stable")
+    return torque_rows[is_at_set_point].sort_values("speed_krpm", kind="stable")
 
 
 def _with_set_points(table: pd.DataFrame, settings: Settings) -> pd.DataFrame:
@@ -300,7 +303,7 @@ def _draw_pressures(
     """
     contacts = ["inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"]
     slip_map = rows_of_oil.assign(pressure=rows_of_oil[contacts].max(axis=1))
-    pressure_map = slip_map.pivot(index="load_kn", columns="speed", values="pressure")
+    pressure_map = slip_map.pivot(index="load_kn", columns="dmn", values="pressure")
     pressure_gpa = np.ma.masked_invalid(pressure_map.to_numpy())
     for limit_gpa in limits_gpa:
         if pressure_gpa.min() < limit_gpa < pressure_gpa.max():
@@ -317,37 +320,37 @@ def _draw_pressures(
 
 
 def axis_columns(rows: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
-    """Columns `speed` (million mm rpm) and `load_kn`."""
-    return {"speed": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
+    """Columns `dmn` (pitch diameter times speed, million mm rpm) and `load_kn`."""
+    return {"dmn": rows["pitch_speed_mm_rpm"] / 1e6, "load_kn": rows["axial_load_n"] / 1e3}
 
 
 def _draw_slip(panel: Panel, rows_of_oil: pd.DataFrame, oil: str, slip_limit: float) -> Any:
-    """Draw the cage slip over speed and load, and where it reaches the limit.
+    """Draw the cage slip over dmN and load, and where it reaches the limit.
 
     Returns:
         The coloured cells, for the colour bar.
     """
     axes = panel.axes
-    maps = rows_of_oil.pivot(index="load_kn", columns="speed")
+    maps = rows_of_oil.pivot(index="load_kn", columns="dmn")
     slip = np.ma.masked_invalid(maps["cage_slip"].to_numpy())
     lower = np.ma.masked_invalid(maps["cage_slip_lower"].to_numpy())
     upper = np.ma.masked_invalid(maps["cage_slip_upper"].to_numpy())
-    speed = maps["cage_slip"].columns.to_numpy()
+    dmn = maps["cage_slip"].columns.to_numpy()
     load_kn = maps.index.to_numpy()
-    speed_edges = style.cell_edges(speed, axes.get_xscale())
+    dmn_edges = style.cell_edges(dmn, axes.get_xscale())
     load_edges = style.cell_edges(load_kn, axes.get_yscale())
     norm = BoundaryNorm(_SLIP_LEVELS, 256)
-    cells = axes.pcolormesh(speed_edges, load_edges, slip, cmap="cividis_r", norm=norm)
+    cells = axes.pcolormesh(dmn_edges, load_edges, slip, cmap="cividis_r", norm=norm)
     full: style.Look = {"linewidths": 1.1}
     dashed: style.Look = {"linewidths": 0.8, "linestyles": "--"}
     for field, look in ((slip, full), (lower, dashed), (upper, dashed)):
         if field.count():
-            axes.contour(speed, load_kn, field, [slip_limit], colors="black", **look)
-    _draw_motions(panel, rows_of_oil, "speed", "load_kn")
+            axes.contour(dmn, load_kn, field, [slip_limit], colors="black", **look)
+    _draw_motions(panel, rows_of_oil, "dmn", "load_kn")
     axes.grid(False)
     panel.record(
         _motion_labels(rows_of_oil, two_motions="bistable", one_motion="cell"),
-        rows_of_oil["speed"],
+        rows_of_oil["dmn"],
         rows_of_oil["load_kn"],
         oil=oil,
         value=rows_of_oil["cage_slip"],
@@ -409,11 +412,10 @@ def plan(results: CampaignTables, settings: Settings) -> Sheet:
     Tests that the rig can run, one column of panels per oil. Abscissa: entrainment speed U
     (m/s). Ordinate: maximum Hertz pressure P (GPa, top) or inlet temperature T
     (\N{DEGREE SIGN}C, bottom). Colour: reduction (%) of the uncertainty of the calculated friction
-    torque
-    by one more curve: the whole uncertainty, with drag, feed oil and ring temperatures, as root
-    mean square over the duty points. The third condition has its best level. Numbers: tests to run
-    next, in this order; there are none where another cause than the law makes the largest share of
-    the variance. Circles: measured runs. White: the rig cannot run the test with a full film.
+    torque by one more curve: the whole uncertainty, with drag, feed oil and ring temperatures, as
+    root mean square over the duty points. The third condition has its best level. Numbers: tests to
+    run next, in this order; there are none where another cause than the law makes the largest share
+    of the variance. Circles: measured runs. White: the rig cannot run the test with a full film.
     """
     tests = results.test_plan
     remaining_share = tests["uncertainty_with_test"] / tests["uncertainty_now"]

@@ -371,10 +371,10 @@ def _levels_of_points(points: pd.DataFrame, condition: str) -> "pd.Series[Any]":
 
 
 _MOST_PANEL_ROWS = 12
-_SPEED = "nominal_entrainment_speed_m_s"
-_TEMPERATURE = "nominal_inlet_temperature_c"
-_PRESSURE = "nominal_max_hertz_pressure_gpa"
-_LOAD = "nominal_load_n"
+_NOMINAL_SPEED = "nominal_entrainment_speed_m_s"
+_NOMINAL_TEMPERATURE = "nominal_inlet_temperature_c"
+_NOMINAL_PRESSURE = "nominal_max_hertz_pressure_gpa"
+_NOMINAL_LOAD = "nominal_load_n"
 
 
 @declare_figure(family="data", tables=("coverage", "points"), settings=("oils",))
@@ -389,11 +389,13 @@ def coverage(results: CampaignTables, settings: Settings) -> Sheet:
     too many pressures for a map, the measured means of each run are shown, one panel per oil.
     """
     table = results.coverage
-    has_pressures = table[_PRESSURE].any()
-    load_column = _PRESSURE if has_pressures else _LOAD
+    has_pressures = table[_NOMINAL_PRESSURE].any()
+    load_column = _NOMINAL_PRESSURE if has_pressures else _NOMINAL_LOAD
     level_phrase = "P = {:g} GPa" if has_pressures else "W = {:g} N"
     table = table.assign(runs=table["runs_accepted"] + table["runs_refused"])
-    groups = table.groupby(["oil", _TEMPERATURE, _SPEED, load_column], as_index=False)
+    groups = table.groupby(
+        ["oil", _NOMINAL_TEMPERATURE, _NOMINAL_SPEED, load_column], as_index=False
+    )
     cells = groups[["runs_accepted", "runs"]].sum()
     has_accepted = cells["runs_accepted"] > 0
     has_runs = cells["runs"] > 0
@@ -464,8 +466,8 @@ def _measured_coverage(results: CampaignTables, settings: Settings) -> Sheet:
 
 def _draw_state(panel: Panel, state: str, cells: pd.DataFrame, oil: str) -> None:
     """Draw the conditions of one state, with `accepted/all runs` beside each that is not 1/1."""
-    speed = cells[_SPEED]
-    temperature = cells[_TEMPERATURE]
+    speed = cells[_NOMINAL_SPEED]
+    temperature = cells[_NOMINAL_TEMPERATURE]
     counts = cells["runs_accepted"].astype(str) + "/" + cells["runs"].astype(str)
     labels = counts.where(counts != "1/1", "")
     look = _symbol(state)

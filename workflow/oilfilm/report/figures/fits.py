@@ -41,7 +41,8 @@ from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law
 
 _ROW_IN = 0.17  # height of a row of a table
-_END_LEVELS = ("pressure", "speed", "temperature")
+# Conditions whose lowest and highest levels are left out, as names of columns begin.
+_CONDITIONS_WITH_ENDS = ("pressure", "speed", "temperature")
 # Symbol of each kind of error; each kind is farther from the fitted curves than the one before.
 _LOOK_OF_ERROR: dict[str, style.Look] = {
     "fitted curves": {"marker": "o", "markersize": 3.4},
@@ -217,7 +218,7 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
     for fit_row in tables.rows(compared):
         oils_from_middle = oils.index(fit_row["oil"]) - (len(oils) - 1) / 2
         y = laws.index(fit_row["law"]) + oils_from_middle * distance_of_oils
-        _draw_errors(panel, fit_row, y, oils)
+        _draw_law_errors(panel, fit_row, y, oils)
     axes = panel.axes
     axes.set_yticks(range(len(laws)), map(law_title, laws))
     axes.set(ylim=(len(laws) - 0.45, -0.55), xscale="log")
@@ -256,7 +257,9 @@ def mu_at_zero_slip(
     return pd.DataFrame({"run_id": data.run_ids, "y": mu}).iloc[order]
 
 
-def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Sequence[str]) -> None:
+def _draw_law_errors(
+    panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Sequence[str]
+) -> None:
     """Draw each kind of error of one fit, on a line from the smallest to the largest.
 
     Args:
@@ -271,7 +274,7 @@ def _draw_errors(panel: Panel, fit_row: Mapping[str, Any], y: float, oils: Seque
         "fitted curves": np.array([fit_row["relative_rms"]]),
         "curve left out": np.array([left_out]),
         "end level left out": np.array(
-            [fit_row[f"{level}_end_out_relative_rms"] for level in _END_LEVELS]
+            [fit_row[f"{condition}_end_out_relative_rms"] for condition in _CONDITIONS_WITH_ENDS]
         ),
     }
     all_errors = np.concatenate(list(errors_of_kind.values()))
@@ -456,7 +459,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     parts = results.parts_of_runs("points", [*CURVE_COLUMNS, "lambda_ratio"])
     points = pd.concat(_points_near_slip(part, level) for part in parts)
     points = points.dropna(subset="lambda_ratio")
-    points = _with_set_points(points, results.runs)
+    points = _with_levels(points, results.runs)
     sheet, panels = oil_grid(
         style.oils_in(points, settings),
         "No accepted point near this slide-roll ratio has a known film:\n"
@@ -513,7 +516,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     return sheet
 
 
-def _with_set_points(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
+def _with_levels(points: pd.DataFrame, runs: pd.DataFrame) -> pd.DataFrame:
     """Points with the pressure and temperature at which their run was to be made.
 
     `level_gpa` and `level_c` are the set points of the run. Where it has none, they are what the

@@ -174,13 +174,11 @@ def list_refusals(
         run_id = refusals["run_id"][index]
         reason = refusals["reason"][index]
         same_refusal = quarantine["run_id"].eq(run_id) & quarantine["reason"].eq(reason)
-        marked_by, first_row, last_row = _rows_to_mark(
+        place, first_row, last_row = _rows_to_mark(
             quarantine[same_refusal], points[points["run_id"] == run_id]
         )
         page = page_name(run_id, rig_class.name)
-        marks.append(
-            {"place": marked_by, "first_row": first_row, "last_row": last_row, "page": page}
-        )
+        marks.append({"place": place, "first_row": first_row, "last_row": last_row, "page": page})
     oil_names = refusals["run_id"].map(run_by_id["oil"].get).fillna("")
     entries = refusals[["run_id", "file", "rule", "reason", "advice"]].assign(oil=oil_names)
     columns = ["place", "first_row", "last_row", "page"]
@@ -320,9 +318,9 @@ def _rows_to_mark(refusals: pd.DataFrame, points: pd.DataFrame) -> tuple[str, in
     """
     with_rows = refusals[refusals["first_row"] > 0]
     failing_plateaus = points[_fails_own_gates(points)]
-    for marked_by, rows in (("rows", with_rows), ("plateaus", failing_plateaus)):
+    for place, rows in (("rows", with_rows), ("plateaus", failing_plateaus)):
         if len(rows):
-            return marked_by, int(rows["first_row"].min()), int(rows["last_row"].max())
+            return place, int(rows["first_row"].min()), int(rows["last_row"].max())
     return "whole run", 0, 0
 
 

@@ -30,7 +30,7 @@ Look = dict[str, Any]
 oil_colour = names.oil_colour
 MARKERS = ("o", "s", "^", "D", "v", "P")
 # One line style per meaning: the basis of a law, or the source of its constants.
-LINE_STYLES: Look = {
+LINE_STYLES: dict[str, Any] = {
     "fit": "-",
     "printed": (0, (4, 2)),
     "left out": (0, (4, 2)),

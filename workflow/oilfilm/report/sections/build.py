@@ -84,7 +84,7 @@ def fits_section(results: CampaignTables) -> Section:
         surface_sentences={
             oil: _surface_sentences(results, oil, row) for oil, row in verdict_by_oil.items()
         },
-        lost=[
+        unfitted=[
             {"oil": row["oil"], "certificate": certificate_sentence(row)}
             for row in tables.rows(quality[quality["rmse"].isna()])
         ],
@@ -235,15 +235,15 @@ def _predicted_mu(
     prediction = fit.predict(conditions, slip)
     lower = prediction.obs_ci_lower[0]
     upper = prediction.obs_ci_upper[0]
-    interval_text = "not known"
+    mu_interval = "not known"
     if not np.isnan(lower) and not np.isnan(upper):
         level = fit.interval_level(CONFIDENCE)
-        interval_text = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
+        mu_interval = f"{lower:#.3g} to {upper:#.3g} ({100 * level:.2g} %)"
     if prediction.outside[0]:
-        interval_text += ", not tested there"
+        mu_interval += ", not tested there"
     if prediction.over_limit[0]:
-        interval_text += ", above the limiting shear stress"
-    return _PredictedMu(prediction.traction_coefficient[0], interval_text)
+        mu_interval += ", above the limiting shear stress"
+    return _PredictedMu(prediction.traction_coefficient[0], mu_interval)
 
 
 def _soundness_in_words(row: Mapping[str, Any]) -> str:
@@ -363,12 +363,15 @@ def _law_comparison(row: Mapping[str, Any], quality: pd.DataFrame) -> dict[str, 
         "verdict": row["verdict"],
         "law": row["law"],
         "better_law": better_law,
-        "same": [law_title(law) for law in row["same_laws"] or ()],
-        "same_as_better": [law_title(law) for law in row["same_as_better_law"] or ()],
-        "shared": sorted(law_title(law) for law in tied_laws if law != row["law"]),
-        "fewest": min(tied_laws, key=lambda law: fit_by_law[law]["n_constants"], default=""),
-        "usable": _best_usable_law(row["law"], fit_by_law),
-        "unconfirmed": better_law in fit_by_law and not fit_by_law[better_law]["certified"],
+        "same_laws": [law_title(law) for law in row["same_laws"] or ()],
+        "same_laws_as_better": [law_title(law) for law in row["same_as_better_law"] or ()],
+        "tied_with": sorted(law_title(law) for law in tied_laws if law != row["law"]),
+        "simplest_tied_law": min(
+            tied_laws, key=lambda law: fit_by_law[law]["n_constants"], default=""
+        ),
+        "best_usable_law": _best_usable_law(row["law"], fit_by_law),
+        "is_better_unconfirmed": better_law in fit_by_law
+        and not fit_by_law[better_law]["certified"],
     }
 
 
@@ -408,7 +411,7 @@ def data_section(results: CampaignTables, settings: Settings) -> Section:
         runs=results.table("runs", ["verdict", "file", "samples"]),
         points=point_counts,
         settings=settings,
-        unread=len(names_of_unread_logs(results)),
+        unread_log_count=len(names_of_unread_logs(results)),
         shortfalls=shortfall_sentences(results, settings.campaign),
         has_matrix=has_matrix,
         conditions=conditions["state"].value_counts().reindex(_CONDITION_STATES, fill_value=0),
@@ -428,9 +431,9 @@ def refused_section(results: CampaignTables, settings: Settings) -> Section:
     counts = counts[~counts["gate"].isin(REMARK_RULES)]
     facts_on_refusals = facts_from_template(
         "report/sections/refused.jinja",
-        verdicts=_count_by_gate(pd.concat([rules, rules_of_lost_runs]).value_counts()),
-        unread=_count_by_gate(_rules_of_unread_logs(results).value_counts()),
-        points=(~results.table("points", ["accepted"])["accepted"]).sum(),
+        refused_runs_by_gate=_count_by_gate(pd.concat([rules, rules_of_lost_runs]).value_counts()),
+        unread_logs_by_gate=_count_by_gate(_rules_of_unread_logs(results).value_counts()),
+        refused_point_count=(~results.table("points", ["accepted"])["accepted"]).sum(),
         cases=first_cases(results.quarantine),
         other_gates=counts[~counts["gate"].isin(results.quarantine["rule"])].to_dict("records"),
     )
@@ -503,7 +506,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         cases=first_cases(refusals),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
         torque=torque,
-        sound=converged,
+        converged=converged,
         plateaus_calculated=len(converged.drop_duplicates(plateau_key)),
         bistable=len(converged[is_bistable(converged)].drop_duplicates(plateau_key)),
         undecided=undecided_plateau_count(converged),
@@ -512,7 +515,7 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         lacks_refits=_lacks_refits(with_one_motion, results.configured_fits.coefficients),
         lacks_momentum=converged["momentum_torque_n_m"].isna().any(),
         control=_truths_by_verdict(results.torque_control),
-        by_stress=converged[converged["load_variable"] == "stress"],
+        pressure_based=converged[converged["load_variable"] == "stress"],
         inversion=results.torque_inversion["verdict"].tolist(),
         next_measurements=_next_measurements(results.variance_shares),
         **_heat_variables(results.heat_balance),
@@ -670,15 +673,15 @@ def _error_table(torque: pd.DataFrame) -> ShownTable:
     """
     with_error = torque.dropna(subset=["relative_error"])
     with_error = with_error.assign(
-        size=with_error["relative_error"].abs(),
+        error_size=with_error["relative_error"].abs(),
         share=with_error["traction_torque_n_m"] / with_error["torque_n_m"],
         agrees=with_error["verdict"] == "compatible",
         is_judged=with_error["verdict"] != "not known",
     )
     errors = with_error.groupby(["oil", "load_variable"], sort=False, as_index=False).agg(
-        points=("size", "size"),
-        median=("size", "median"),
-        largest=("size", "max"),
+        points=("error_size", "size"),
+        median=("error_size", "median"),
+        largest=("error_size", "max"),
         agrees=("agrees", "sum"),
         judged=("is_judged", "sum"),
         share=("share", "median"),
@@ -745,7 +748,9 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
     count_before = 0
     for part in results.parts("points", CURVE_COLUMNS):
         accepted_points = part[part["accepted"]]
-        drawn_parts.append(accepted_points.iloc[-count_before % step :: step])
+        # each point whose number, counted over all parts, is a multiple of the step
+        first_index = -count_before % step
+        drawn_parts.append(accepted_points.iloc[first_index::step])
         count_before += len(accepted_points)
     drawn_rows = pd.concat(drawn_parts, ignore_index=True)
     run_index, run_names = pd.factorize(drawn_rows["run_id"])
