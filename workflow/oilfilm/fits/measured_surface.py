@@ -119,7 +119,8 @@ class SurfacePrediction:
     """mu at some points, with the interval of the next good run, for positive slip.
 
     Attributes:
-        mu: Traction coefficient for positive slip, shape (points,); NaN where no law is known.
+        mu: Traction coefficient for positive slip, shape (points,); 0 at pure rolling, NaN
+            where the law has no traction above 0.
         lower: Lower end, shape (points,); NaN where there is no support.
         upper: Upper end, shape (points,).
         support_codes: Code of `oilfilm.surface.support.Support`, shape (points,).
@@ -248,7 +249,9 @@ class OilSurface:
         is_answerable[is_answerable] = self.surface.is_law_positive(
             surface_conditions[is_answerable], slip[is_answerable]
         )
-        support_codes[(slip > 0) & ~is_answerable] = Support.LAW_NOT_POSITIVE
+        has_no_traction = (slip > 0) & ~is_answerable
+        mu[has_no_traction] = np.nan
+        support_codes[has_no_traction] = Support.LAW_NOT_POSITIVE
         if is_answerable.any():
             prediction = self.surface.predict(
                 surface_conditions[is_answerable], slip[is_answerable], rig_number
