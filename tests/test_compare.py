@@ -105,6 +105,20 @@ def test_fits_are_compared_within_a_narrow_range_that_both_tested(folders: list[
     assert 1.2004 <= pressure <= 1.2006
 
 
+def test_a_condition_that_no_run_of_one_fit_states_is_named_in_either_order(
+    folders: list[Path],
+) -> None:
+    fit = oilfilm.read_fit(folders[0], "oil")
+    box = fit.coefficients.tested_box.copy()
+    box[0] = np.nan
+    unknown = replace(fit, coefficients=replace(fit.coefficients, tested_box=box))
+    reason = "max_hertz_pressure_gpa is not known of the runs of unknown"
+    with pytest.raises(OilfilmError, match=reason):
+        comparison_conditions({"known": fit, "unknown": unknown}, {})
+    with pytest.raises(OilfilmError, match=reason):
+        comparison_conditions({"unknown": unknown, "known": fit}, {})
+
+
 def test_command_names_campaigns_and_marks_what_was_not_tested(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

@@ -28,6 +28,7 @@ from oilfilm.fits.interval import Band
 from oilfilm.fits.measured_surface import MeasuredContact
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.interval import normal_half_width
+from oilfilm.surface.surface import Surface
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES
@@ -453,6 +454,20 @@ def test_a_law_that_does_not_fit_is_as_far_from_the_surface_as_it_is(
     assert distance > 0.3
     for law in (wrong, answered_by_surface):
         assert law.form_error(*AT_POINT, 1.0)[0] >= distance
+
+
+def test_the_surface_knows_no_mu_where_its_law_has_no_traction(
+    few_conditions: FittedLaw, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    # as D - |A| < 0 gives it near S = 0; at pure rolling mu is 0
+    monkeypatch.setattr(Surface, "is_law_positive", lambda *_: False)
+    surface = few_conditions.surface
+    assert surface is not None
+    conditions = np.repeat(AT_POINT[0], 2, axis=0)
+    predicted = surface.predict(
+        few_conditions.law, conditions, np.array([0.0, 0.01]), 0.95, whole_curve=False
+    )
+    np.testing.assert_array_equal(predicted.mu, [0.0, np.nan])
 
 
 def test_a_law_of_load_on_two_contacts_has_no_interval(few_conditions: FittedLaw) -> None:

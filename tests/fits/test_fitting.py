@@ -22,7 +22,7 @@ from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fit_tables import certificate_columns, gradient_cosine, hessian_spectrum
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.global_search import Optimum, converge
-from oilfilm.fits.robust_fit import fit_robustly
+from oilfilm.fits.robust_fit import RobustFit, curve_agreement, fit_robustly
 from oilfilm.fits.uncertainty import naive_covariance
 from oilfilm.report.sections.build import curve_facts
 from oilfilm.settings.resolved import Settings
@@ -347,6 +347,17 @@ def test_the_curves_that_pull_are_named_with_what_they_cost(config: Settings) ->
     gains = residuals.set_index("run_id")["gain"]
     # the factor that was planted, less what the two curves dragged the fit after them
     assert gains[["run003", "run040"]].between(1.10, 1.16).all()
+
+
+def test_a_curve_without_traction_is_odd_and_makes_no_other_curve_odd(config: Settings) -> None:
+    problem = problem_of(make_points("4102", matrix()))
+    # every curve departs from the law by 7 % rms, which is above `odd_scatter` but usual here
+    off_the_law = np.where(np.arange(len(problem.mu)) % 2, 1.07, 0.93)
+    has_traction = problem.observations.curve_of_point != 3
+    spoilt = replace(problem, mu=problem.mu * off_the_law * has_traction)
+    truth = RobustFit(to_internal(LAW, printed()["4102"]), np.ones(len(problem.mu)))
+    agreement = curve_agreement(spoilt, truth, config.fit)
+    assert np.flatnonzero(agreement["odd"]).tolist() == [3]
 
 
 def test_robust_fit_costs_little_where_nothing_is_wrong() -> None:

@@ -24,7 +24,7 @@ from oilfilm.fits.conditions import (
 from oilfilm.fits.fit_tables import certificate_columns
 from oilfilm.fits.fitted import Coefficients, FittedLaw
 from oilfilm.fits.global_search import Optimum
-from oilfilm.fits.measured_curves import FormError, choose_curves
+from oilfilm.fits.measured_curves import FormErrorProcess, choose_curves
 from oilfilm.fits.steady_campaign import MeasuredCampaign, change_columns
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -199,9 +199,9 @@ def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_na
 def test_places_on_a_grid_that_are_as_far_are_taken_in_their_order(seed: int) -> None:
     axes = np.log([1.0, 1.25, 1.5625]), np.log([25.0, 30.0, 36.0]), np.array([30.0, 60.0, 90.0])
     places = np.array([*itertools.product(*axes)])
-    exact = FormError.spread_over(np.ptp(places, axis=0), places).centres
+    exact = FormErrorProcess.spread_over(np.ptp(places, axis=0), places).centres
     bits = 1e-12 * np.random.default_rng(seed).choice([-1, 0, 1], places.shape)
-    moved = FormError.spread_over(np.ptp(places, axis=0), places * (1 + bits)).centres
+    moved = FormErrorProcess.spread_over(np.ptp(places, axis=0), places * (1 + bits)).centres
     np.testing.assert_allclose(moved, exact, rtol=1e-11)
 
 

@@ -58,7 +58,7 @@ def tables_of(
 
 
 def _has_exponents(law: Law, group: str, values: dict[str, float]) -> bool:
-    names = [constant.name for constant in law.constants if constant.condition == group]
+    names = [constant.name for constant in law.constants if constant.group == group]
     return any(not np.isnan(values.get(name, np.nan)) for name in names)
 
 
@@ -70,9 +70,9 @@ def describe_law(config: Settings, name: str, left_out: int | None = None) -> De
         if constant.prescribed is not None:
             continue
         planted[constant.name] = value
-        if left_out is not None and constant.condition in (None, law.groups[left_out]):
+        if left_out is not None and constant.group in (None, law.groups[left_out]):
             planted[constant.name] = np.nan
-        if left_out is not None and constant.condition is None:
+        if left_out is not None and constant.group is None:
             planted[constant.name[:-1]] = value * 0.9
     return describe(tables_of(law, ["4050"], planted), "4050", "4050", law, config)
 

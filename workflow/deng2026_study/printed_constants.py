@@ -132,7 +132,7 @@ def squared_error(points: pd.DataFrame, constants: FloatArray) -> float:
 StatementShares = dict[str, FloatArray]
 
 # Indices of the constants that are exponents.
-_EXPONENT_INDICES = [index for index, constant in enumerate(LAW.constants) if constant.condition]
+_EXPONENT_INDICES = [index for index, constant in enumerate(LAW.constants) if constant.group]
 # Signs of the exponents, one row per sign set.
 _SIGN_SETS = np.array(list(itertools.product((1, -1), repeat=len(_EXPONENT_INDICES))))
 # Slips at which statements are checked, as keys of `printed.signs.slide_roll_ratio` in the

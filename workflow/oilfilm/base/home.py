@@ -16,7 +16,7 @@ _CLONE = PACKAGE.parents[1]
 HOME = _CLONE if (_CLONE / "workflow" / "rules").is_dir() else PACKAGE / "shipped"
 # The configuration folder with oilfilm's own settings.
 CONFIG = HOME / "config"
-# The packages that results are made with, by exact version.
+# The packages that results are made with, by exact version; a path below HOME.
 REQUIREMENTS_LOCK_FILE = "requirements/run.lock"
 
 

@@ -151,7 +151,8 @@ def _lines_of_intervals(
     source = "surface of measured mu" if row["from_surface"] else fitted_law.law.name
     mu_text = f"{oil_name}, {source}: mu = {row['traction_coefficient']:.5f}"
     if row["from_surface"]:
-        yield f"no law fits (misfit {fitted_law.misfit:.1%}): mu is that of the measurements"
+        misfit_text = f"misfit {fitted_law.misfit_of_surface_law:.1%}"
+        yield f"no law fits ({misfit_text}): mu is that of the measurements"
     if np.isnan(row["obs_ci_lower"]):
         reason = fitted_law.why_no_interval
         if fitted_law.surface is not None:

@@ -14,7 +14,6 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-import numpy.typing as npt
 from pydantic import TypeAdapter, ValidationError
 
 from oilfilm import tables
@@ -180,7 +179,7 @@ def followed_condition_mask(
 
 def varied_condition_mask(
     condition_names: Sequence[str], conditions: FloatArray, settings: FitSettings
-) -> npt.NDArray[np.bool_]:
+) -> BoolArray:
     """Whether each condition is known of every curve and varied enough.
 
     Args:
@@ -334,7 +333,7 @@ def _ln_range_along_line(partner: StepPartner, followed_values: Mapping[str, Flo
 
 def is_off_tested_level(
     fixed: FixedCondition, values_by_condition: Mapping[str, FloatArray]
-) -> npt.NDArray[np.bool_]:
+) -> BoolArray:
     """Whether a condition is away from its tested level or line.
 
     An unknown value (NaN) counts as on the level.

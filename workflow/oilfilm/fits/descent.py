@@ -159,7 +159,7 @@ class _Descents:
         return replace(self, weights=self.weights[indices], is_held=self.is_held[indices])
 
     def distance_outside(self, indices: IndexArray, constants: FloatArray) -> FloatArray:
-        """Largest distance of the constants that move from their bounds, 0 within.
+        """Largest distance beyond the bounds, of the constants that are not held; 0 within.
 
         Args:
             indices: Indices of the descents.
@@ -242,10 +242,10 @@ def _damping_factor(
         expected_decrease: Decrease that the quadratic model expects.
         growth: Factor for a refused step.
     """
-    # where the law overflows at the start, every step is an infinite gain
+    # where the law overflows at the start, the SSE of every step is infinitely smaller
     with np.errstate(over="ignore", invalid="ignore"):
-        gain = (sse - trial_sse) / np.maximum(expected_decrease, np.finfo(float).tiny)
-    accepted_factor = np.maximum(1 / 3, 1 - (2 * np.clip(gain, 0, 2) - 1) ** 3)
+        gain_ratio = (sse - trial_sse) / np.maximum(expected_decrease, np.finfo(float).tiny)
+    accepted_factor = np.maximum(1 / 3, 1 - (2 * np.clip(gain_ratio, 0, 2) - 1) ** 3)
     return np.where(trial_sse < sse, accepted_factor, growth)
 
 
@@ -266,10 +266,11 @@ def _damped_steps(
     """
     matrix = current.matrix[active_indices]
     gradient = current.gradient[active_indices]
+    diagonals = np.einsum("kii->ki", matrix)  # a view: `matrix` changes with it
     # X^2 f'' = d2f/d(ln X)2 - df/d(ln X)
-    np.einsum("kii->ki", matrix)[:] -= np.where(is_linear, gradient, 0.0)
+    diagonals -= np.where(is_linear, gradient, 0.0)
     # far from a minimum a second derivative may be negative
-    scale = np.sqrt(np.abs(np.einsum("kii->ki", matrix)))
+    scale = np.sqrt(np.abs(diagonals))
     # a constant without effect has no scale
     scale = np.where(scale > 0, scale, 1.0)
     scaled_matrix = matrix / (scale[:, :, np.newaxis] * scale[:, np.newaxis, :])
@@ -344,13 +345,15 @@ def _weighted_sums(
     term_count = design.shape[1]
     descent_count = len(weights)
     is_free_by_coefficient = problem.is_free.reshape(-1, term_count)
-    followed_coefficients = np.flatnonzero(is_free_by_coefficient.any(axis=1))
-    is_free = is_free_by_coefficient[followed_coefficients].ravel()
-    coefficient_count = len(followed_coefficients)
+    fitted_coefficients = np.flatnonzero(is_free_by_coefficient.any(axis=1))
+    is_free = is_free_by_coefficient[fitted_coefficients].ravel()
+    coefficient_count = len(fitted_coefficients)
     if len(constants) == 1:
         is_evaluated = weights.any(axis=0, keepdims=True)
     else:
         is_evaluated = weights > 0
+    # a sum is over the points of one curve in one descent, or in all descents if they share the
+    # constants
     row_of_sum, curve_of_sum = np.nonzero(is_evaluated)
     sums_per_curve = 1 + coefficient_count * (coefficient_count + 3) // 2
     sums_by_curve = np.zeros((*is_evaluated.shape, sums_per_curve))
@@ -364,7 +367,7 @@ def _weighted_sums(
         blocks_of_sums = []
         for first_sum in range(0, len(curve_of_sum), curves_per_block):
             block = slice(first_sum, first_sum + curves_per_block)
-            coefficient_indices = tuple(followed_coefficients.tolist())
+            coefficient_indices = tuple(fitted_coefficients.tolist())
             blocks_of_sums.append(
                 _sums_of_curves(
                     problem,
@@ -435,13 +438,14 @@ def _sums_of_curves(
 
     Returns:
         SSE, half its gradient and the lower triangle of J^T J or half the Hessian, one row each;
-        shape (1 + n (n + 3) / 2, sums) of n followed coefficients.
+        shape (1 + n (n + 3) / 2, sums) of n such coefficients.
     """
     law = problem.law
     point_counts = problem.point_counts[curve_of_sum]
-    first_entries = np.cumsum(point_counts) - point_counts
+    # an entry is a point in a sum; the entries of a sum follow each other
+    first_entry_of_sum = np.cumsum(point_counts) - point_counts
     point_of_entry = np.arange(point_counts.sum()) + np.repeat(
-        problem.first_point_of_curve[curve_of_sum] - first_entries, point_counts
+        problem.first_point_of_curve[curve_of_sum] - first_entry_of_sum, point_counts
     )
     magnitudes = np.repeat(magnitudes, point_counts, axis=1)
     slip = problem.observations.slip[point_of_entry]
@@ -453,21 +457,21 @@ def _sums_of_curves(
         slopes = tuple(all_slopes[index] for index in coefficient_indices)
     residual = mu - problem.mu[point_of_entry]
     pairs = _lower_triangle(len(slopes))
-    first_slope = 1
-    first_pair = first_slope + len(slopes)
-    point_terms = np.empty((first_pair + len(pairs), len(point_of_entry)))
-    np.square(residual, out=point_terms[0])
-    for row, slope in enumerate(slopes, start=first_slope):
-        np.multiply(slope, residual, out=point_terms[row])
-    for row, (i, j) in enumerate(pairs, start=first_pair):
-        np.multiply(slopes[i], slopes[j], out=point_terms[row])
-    for row, curvature in enumerate(curvatures, start=first_pair):
+    first_slope_row = 1
+    first_pair_row = first_slope_row + len(slopes)
+    entry_terms = np.empty((first_pair_row + len(pairs), len(point_of_entry)))
+    np.square(residual, out=entry_terms[0])
+    for row, slope in enumerate(slopes, start=first_slope_row):
+        np.multiply(slope, residual, out=entry_terms[row])
+    for row, (i, j) in enumerate(pairs, start=first_pair_row):
+        np.multiply(slopes[i], slopes[j], out=entry_terms[row])
+    for row, curvature in enumerate(curvatures, start=first_pair_row):
         # many are zero everywhere
         if np.ndim(curvature):
-            point_terms[row] += residual * curvature
+            entry_terms[row] += residual * curvature
     if problem.weight_of_point is not None:
-        point_terms *= problem.weight_of_point[point_of_entry]
-    return np.asarray(np.add.reduceat(point_terms, first_entries, axis=1))
+        entry_terms *= problem.weight_of_point[point_of_entry]
+    return np.asarray(np.add.reduceat(entry_terms, first_entry_of_sum, axis=1))
 
 
 def _lower_triangle(size: int) -> list[tuple[int, int]]:

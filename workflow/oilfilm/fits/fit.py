@@ -384,11 +384,11 @@ def _errors_by_fits_without(
     is_left_out = is_left_out[is_possible]
     starts = np.tile(optimum.constants, (len(is_left_out), 1))
     weights = (~is_left_out).astype(float)
-    ends, _ = descend(
+    constants_of_fits, _ = descend(
         problem, starts, weights=weights, tolerance=_LEFT_OUT_TOLERANCE, use_newton=True
     )
     errors = np.full(len(problem.mu), np.nan)
-    for end, is_out_of_fit in zip(ends, is_left_out, strict=True):
+    for constants, is_out_of_fit in zip(constants_of_fits, is_left_out, strict=True):
         is_point_out = is_out_of_fit[problem.observations.curve_of_point]
-        errors[is_point_out] = problem.residual(end)[is_point_out]
+        errors[is_point_out] = problem.residual(constants)[is_point_out]
     return errors

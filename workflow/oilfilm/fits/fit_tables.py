@@ -152,7 +152,7 @@ def _exponents_in_step(law: Law, fixed_conditions: Sequence[FixedCondition]) -> 
     else:
         # each group may contain a condition of the line, or be one of an unknown line
         groups_on_lines = set(law.groups)
-    return [constant.name for constant in law.constants if constant.condition in groups_on_lines]
+    return [constant.name for constant in law.constants if constant.group in groups_on_lines]
 
 
 def fitted_constant_names(law: Law) -> list[str]:
@@ -179,7 +179,9 @@ def _estimate_rows(solution: Solution, sign_confidence: float) -> pd.DataFrame:
     )
     # one refit has no spread
     if len(estimates.refits) > 1:
-        rows["standard_error"] = [constant.std(ddof=1) for constant in estimates.refits.T]
+        rows["standard_error"] = [
+            refitted_values.std(ddof=1) for refitted_values in estimates.refits.T
+        ]
         lower_quantile, upper_quantile = np.quantile(estimates.refits, [0.025, 0.975], axis=0)
         error = np.hypot(rows["standard_error"], rows["systematic_standard_error"].fillna(0.0))
         # A fit gives the signs of all its constants at once. With intervals of 95 % each, one of

@@ -38,6 +38,7 @@ from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.traction import LAWS
 from oilfilm.traction.law import CONDITIONS, QUANTITIES, Law, to_internal
 
+# Column of the slip, as `CONDITIONS` are the columns of the conditions.
 SLIP = "slide_roll_ratio"
 # Ends of the two intervals of a prediction: names of attributes, and of columns of tables.
 INTERVAL_COLUMNS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_upper")
@@ -45,12 +46,18 @@ INTERVAL_COLUMNS = ("obs_ci_lower", "obs_ci_upper", "mean_ci_lower", "mean_ci_up
 _PRINTED_COLUMNS = ["traction_coefficient", *INTERVAL_COLUMNS, "outside"]
 # Tables from which a fit is read.
 _TABLES_OF_A_FIT = (
-    *("coefficients", "refits", "fit_quality", "curve_residuals", "soundness"),
-    *("points", "surfaces", "surface_sizes"),
+    "coefficients",
+    "refits",
+    "fit_quality",
+    "curve_residuals",
+    "soundness",
+    "points",
+    "surfaces",
+    "surface_sizes",
 )
 # Names of `Support` in lower case, by their codes.
 _SUPPORT_NAMES = np.array([support.name.lower() for support in Support])
-_SUPPORT_TEXT = _SUPPORT_NAMES.dtype
+_SUPPORT_NAME_TYPE = _SUPPORT_NAMES.dtype
 # Smallest slip at which the error of a law is looked up: a relative error of mu needs mu.
 _SMALLEST_SLIP = 0.005
 # Number of points at which a law is evaluated at once: about what fits the cache of a processor.
@@ -228,7 +235,7 @@ class MeasuredCoordinates(NamedTuple):
 
 
 def given_surface(surface: OilSurface | None) -> OilSurface | None:
-    """The given surface: with an argument bound, it is a `FittedLaw.read_surface`."""
+    """Its argument; `partial(given_surface, surface)` serves as `FittedLaw.read_surface`."""
     return surface
 
 
@@ -276,8 +283,11 @@ class FittedLaw:
         return surface
 
     @property
-    def misfit(self) -> float:
-        """Misfit of the law of the surface, relative to mu; NaN without a surface."""
+    def misfit_of_surface_law(self) -> float:
+        """Misfit of the law on which the surface stands, relative to mu; NaN without a surface.
+
+        That law may be another one than this law, whose misfit is `misfit_beside_surface`.
+        """
         return self.surface.misfit if self.surface is not None else float("nan")
 
     @cached_property
@@ -380,7 +390,7 @@ class FittedLaw:
             (quality_row,) = tables.rows(_rows_of_fit(quality, oil, law))
             coefficients_of_fit = _with_quality_row(coefficients_of_fit, law, quality_row)
         if curves is not None:
-            mean_columns = [f"mean_{law_name}" for law_name in law.conditions]
+            mean_columns = [f"mean_{condition_name}" for condition_name in law.conditions]
             tested_conditions = _rows_of_fit(curves, oil, law)[mean_columns].to_numpy(float)
             coefficients_of_fit = replace(coefficients_of_fit, tested_conditions=tested_conditions)
         if surfaces is not None:
@@ -396,7 +406,7 @@ class FittedLaw:
         constants = _in_order_of_law(law, value_by_name.to_frame().T)[0]
         fitted_names = set(value_by_name.index[value_by_name.notna()])
         fitted_groups = {
-            constant.condition for constant in law.constants if constant.name in fitted_names
+            constant.group for constant in law.constants if constant.name in fitted_names
         }
         group_has_exponent = np.array([group in fitted_groups for group in law.groups])
         return cls(
@@ -496,7 +506,7 @@ class FittedLaw:
         has_no_mu = is_away | is_unknown.any(axis=1)
         mu, mean_interval = self._law_mu_and_interval(conditions, slip, has_no_mu, level)
         next_run_interval = np.full((2, len(slip)), np.nan)
-        support_names = np.full(len(slip), "", dtype=_SUPPORT_TEXT)
+        support_names = np.full(len(slip), "", dtype=_SUPPORT_NAME_TYPE)
         from_surface = np.zeros(len(slip), dtype=bool)
         answerable_indices = np.flatnonzero(np.isfinite(mu) & np.isfinite(slip))
         if self.surface is not None and len(answerable_indices):
@@ -646,7 +656,7 @@ class FittedLaw:
         """
         if np.isnan(self.coefficients.constants).any():
             return "nothing could be fitted"
-        return "; ".join(condition.sentence() for condition in self.off_tested_levels(conditions))
+        return "; ".join(fixed.sentence() for fixed in self.off_tested_levels(conditions))
 
     def at_tested_levels(self, conditions: FloatArray) -> FloatArray:
         """The conditions, with those that the fit does not follow at their tested level or line.
@@ -729,7 +739,7 @@ class FittedLaw:
 
     def _coordinates(self, conditions: FloatArray) -> FloatArray:
         """The followed conditions as in `MeasuredCoordinates`, shape (points, followed)."""
-        fixed_names = {condition.condition for condition in self.coefficients.fixed_conditions}
+        fixed_names = {fixed.condition for fixed in self.coefficients.fixed_conditions}
         columns = []
         for name, values in self._values_by_condition(conditions).items():
             if name in fixed_names:
@@ -897,7 +907,7 @@ def _in_order_of_law(law: Law, rows: pd.DataFrame) -> FloatArray:
     constant_names = [constant.name for constant in law.constants]
     constants = rows.reindex(columns=constant_names).to_numpy(dtype=float, copy=True)
     at_tested_level = rows.reindex(columns=list(law.coefficient_names)).to_numpy(dtype=float)
-    is_x0 = np.array([constant.condition is None for constant in law.constants])
+    is_x0 = np.array([constant.group is None for constant in law.constants])
     has_no_x0 = np.isnan(constants[:, is_x0]) & ~np.isnan(at_tested_level)
     constants[:, is_x0] = np.where(has_no_x0, at_tested_level, constants[:, is_x0])
     is_fitted = ~np.isnan(constants[:, is_x0]).any(axis=1, keepdims=True)
@@ -925,10 +935,10 @@ def read_fit(folder: Path | str, oil: str | int | None = None) -> FittedLaw:
         >>> constants = [-0.01567792, 1.6654, -0.5014, -0.1065]
         >>> constants += [0.63482685, 1.2727, -0.4139, -1.2181]
         >>> constants += [24.43483717, 0.3964, 0.1591, -0.7121]
-        >>> at = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3])
-        >>> mu = oilfilm.predict("deng2026", constants, *at).traction_coefficient
+        >>> test_points = np.meshgrid([1.0, 1.25, 1.5], [25, 40], [50, 120], [0.01, 0.03, 0.1, 0.3])
+        >>> mu = oilfilm.predict("deng2026", constants, *test_points).traction_coefficient
         >>> with tempfile.TemporaryDirectory() as folder:
-        ...     oilfilm.fit(*at, mu, searches=2, bootstrap=20).save(f"{folder}/june")
+        ...     oilfilm.fit(*test_points, mu, searches=2, bootstrap=20).save(f"{folder}/june")
         ...     law = oilfilm.read_fit(f"{folder}/june")
         >>> float(law.predict_at(1.2, 30, 70, 0.05).traction_coefficient)
         0.0107...

@@ -1,6 +1,6 @@
 """Global searches by SciPy's differential evolution, polished by Newton's method.
 
-A search looks for the free internal constants of a law. The internal value of a constant X0, as A0,
+A search looks for the free internal constants of a law. The internal value of an X0 (A0, B0, ...)
 is ln|X0|. That of an exponent is the exponent itself. Constants that the law prescribes are not
 free.
 

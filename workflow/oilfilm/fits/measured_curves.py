@@ -255,7 +255,7 @@ _CORRELATION_JITTER = 1e-9
 
 
 @dataclass(frozen=True)
-class FormError:
+class FormErrorProcess:
     """The error of the law's form, in its standard deviations, as a Gaussian process.
 
     Its correlation falls with the distance d as exp(-d^2/2), d in units of `correlation_lengths`.
@@ -274,7 +274,9 @@ class FormError:
     centres: FloatArray
 
     @classmethod
-    def spread_over(cls, correlation_lengths: FloatArray, coordinates: FloatArray) -> "FormError":
+    def spread_over(
+        cls, correlation_lengths: FloatArray, coordinates: FloatArray
+    ) -> "FormErrorProcess":
         """The process with centres at some of the operating points, as far apart as possible.
 
         Args:
@@ -317,7 +319,7 @@ class FormError:
         return np.asarray(np.exp(-0.5 * (lengths_away**2).sum(axis=-1)))
 
 
-NO_FORM_ERROR = FormError(np.ones(3), np.empty((0, 3)))
+NO_FORM_ERROR_PROCESS = FormErrorProcess(np.ones(3), np.empty((0, 3)))
 
 
 def form_coordinates(
@@ -357,7 +359,8 @@ class Information:
         longest_curve_slips: Slide-roll ratios of the curve with the most points, ascending.
         form_error_at: Gives the relative standard error of the law's form that the measured curves
             leave. Its arguments are rows of the law's conditions, and the slip of each row.
-        form_process: Error of the law's form, over its size.
+        form_process: Error of the law's form over its standard deviation, which `form_error_at`
+            gives.
     """
 
     law: Law
@@ -368,7 +371,7 @@ class Information:
     calibration_uncertainties: FloatArray
     longest_curve_slips: FloatArray
     form_error_at: Callable[[FloatArray, FloatArray], FloatArray]
-    form_process: FormError = NO_FORM_ERROR
+    form_process: FormErrorProcess = NO_FORM_ERROR_PROCESS
 
     def precision_of_curves(self, curves: Curves, form_error: FloatArray) -> FloatArray:
         """Precision that each of some curves would add, shape (curves, parameters, parameters).
@@ -582,9 +585,9 @@ def choose_curves(
 
         >>> x = np.linspace(-3, 3, 61)
         >>> rows = np.stack([np.ones_like(x), x], axis=-1)[:, np.newaxis]
-        >>> new = np.swapaxes(rows, 1, 2) @ rows
-        >>> design = choose_curves(np.diag([4.0, 10.0]), new, np.array([[1.0, 0.5]]), 1)
-        >>> print(f"{x[design.chosen_indices[0]]:.1f} {design.uncertainty_after[0] ** 2:.3f}")
+        >>> new_precisions = np.swapaxes(rows, 1, 2) @ rows
+        >>> plan = choose_curves(np.diag([4.0, 10.0]), new_precisions, np.array([[1.0, 0.5]]), 1)
+        >>> print(f"{x[plan.chosen_indices[0]]:.1f} {plan.uncertainty_after[0] ** 2:.3f}")
         2.5 0.200
     """
     uncertainty_with_one = rms_uncertainty(measured_precision + candidate_precisions, gradients)

@@ -46,8 +46,12 @@ COLUMN_BY_EFFECT = {
 # Attributes of `SurfaceLimits` that are columns of the table `surfaces` under the same names.
 LIMIT_NAMES = (
     "level",
-    *("largest_spread", "fewest_slips", "reach_in_gaps", "reach_in_slip"),
-    *("reach_in_ranges", "largest_spread_of_bound"),
+    "largest_spread",
+    "fewest_slips",
+    "reach_in_gaps",
+    "reach_in_slip",
+    "reach_in_ranges",
+    "largest_spread_of_bound",
 )
 # Share of the readings of mu that may be below zero by chance.
 _LARGEST_SHARE_BELOW_ZERO = 0.005
@@ -115,7 +119,8 @@ class SurfacePrediction:
     """mu at some points, with the interval of the next good run, for positive slip.
 
     Attributes:
-        mu: Traction coefficient for positive slip, shape (points,); NaN where no law is known.
+        mu: Traction coefficient for positive slip, shape (points,); 0 at pure rolling, NaN
+            where the law has no traction above 0.
         lower: Lower end, shape (points,); NaN where there is no support.
         upper: Upper end, shape (points,).
         support_codes: Code of `oilfilm.surface.support.Support`, shape (points,).
@@ -244,7 +249,9 @@ class OilSurface:
         is_answerable[is_answerable] = self.surface.is_law_positive(
             surface_conditions[is_answerable], slip[is_answerable]
         )
-        support_codes[(slip > 0) & ~is_answerable] = Support.LAW_NOT_POSITIVE
+        has_no_traction = (slip > 0) & ~is_answerable
+        mu[has_no_traction] = np.nan
+        support_codes[has_no_traction] = Support.LAW_NOT_POSITIVE
         if is_answerable.any():
             prediction = self.surface.predict(
                 surface_conditions[is_answerable], slip[is_answerable], rig_number
@@ -341,11 +348,12 @@ def free_law(
         group_has_exponent: Whether the fit follows each of its groups, shape (groups,).
         contact: What turns its conditions into P, U and T.
     """
-    follows_by_group = dict(zip(law.groups, group_has_exponent, strict=True))
+    has_exponent_by_group = dict(zip(law.groups, group_has_exponent, strict=True))
     is_free = []
     for constant in law.constants:
-        follows = constant.condition is None or bool(follows_by_group[constant.condition])
-        is_free.append(follows and constant.prescribed is None)
+        # X0 belongs to no group
+        has_effect = constant.group is None or bool(has_exponent_by_group[constant.group])
+        is_free.append(has_effect and constant.prescribed is None)
     return FreeLaw(
         law=law,
         constants=to_internal(law, constants),

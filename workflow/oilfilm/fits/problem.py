@@ -3,6 +3,7 @@
 Decides: which points are fitted.
 """
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -65,8 +66,8 @@ class Problem:
     Attributes:
         law: The law.
         data: The accepted points.
-        is_followed_condition: Whether the fit follows each condition of the law, shape
-            (conditions,).
+        is_followed_condition: Whether the fit follows each condition of the law, that is, gives
+            exponents for it, shape (conditions,).
         observations: The points in the form in which the law is evaluated.
         mu: Measured traction coefficient of each point, shape (points,).
         is_free: Whether each constant of the law is fitted, shape (constants,).
@@ -131,7 +132,7 @@ class Problem:
 
     @cached_property
     def _constant_names(self) -> list[str]:
-        """Names of all constants. If a group did not vary, the constant A0 is named A."""
+        """Names of all constants. If a group has no exponent, the constant A0 is named A."""
         names = [constant.name for constant in self.law.constants]
         if self.group_has_exponent.all():
             return names
@@ -155,8 +156,8 @@ class Problem:
 
     @cached_property
     def group_has_exponent(self) -> BoolArray:
-        """Whether each group of the law varied, shape (groups,)."""
-        # a group that does not count has its reference value, logarithm 0, in every curve
+        """Whether the fit follows each group of the law by an exponent, shape (groups,)."""
+        # a group without an exponent has its reference value, logarithm 0, in every curve
         return np.asarray(np.any(self.observations.design[:, 1:] != 0, axis=0))
 
     def holding(self, constants: FloatArray, is_held: BoolArray) -> "Problem":
@@ -257,7 +258,7 @@ def curve_data(points: pd.DataFrame, condition_columns: Sequence[str] = CONDITIO
     accepted = accepted.assign(curve=curve_of_run[run_of_point]).sort_values(["curve", "first_row"])
     # traction is odd in slip: a slightly negative slip is the same point seen from the other side
     slip_sign = np.where(accepted["slide_roll_ratio"] < 0, -1.0, 1.0)
-    # arrays have no readings, and so no such columns
+    # points that a Python user gives as arrays have no readings, and so no such columns
     standard_errors = accepted.reindex(columns=error_columns)
     means = accepted.groupby("curve")[averaged_columns].mean()
     return CurveData(
@@ -286,13 +287,11 @@ def build_problem(law: Law, data: CurveData, is_followed_condition: BoolArray) -
             follow these conditions alone.
     """
     group_has_exponent = law.varied_groups(is_followed_condition)
-    followed_groups = {
-        name for name, follows in zip(law.groups, group_has_exponent, strict=True) if follows
-    }
+    groups_with_exponent = set(itertools.compress(law.groups, group_has_exponent))
     is_free = []
     for constant in law.constants:
-        # X0 belongs to no condition
-        has_effect = constant.condition is None or constant.condition in followed_groups
+        # X0 belongs to no group
+        has_effect = constant.group is None or constant.group in groups_with_exponent
         is_free.append(constant.prescribed is None and has_effect)
     observations = Observations(
         law.design(data.conditions, group_has_exponent), data.curve_of_point, data.slip

@@ -26,7 +26,7 @@ _SSE_TOLERANCE = 1e-8
 _MU_TOLERANCE = 1e-6
 # Points with less traction than this share of the largest one of their curve are left out.
 _LEAST_TRACTION = 0.2
-# Least gain whose logarithm is taken.
+# Gain that replaces a smaller one, as of a curve without traction or with the opposite sign.
 _SMALLEST_GAIN = 1e-9
 
 
@@ -127,7 +127,7 @@ def curve_agreement(
     )
     sum_of_squares = np.where(sum_of_squares > 0, sum_of_squares, 1.0)
     remaining_sse = sums_by_curve((problem.mu - gain[curve_of_point] * fitted_mu) ** 2)
-    scatter = np.sqrt(remaining_sse / sum_of_squares) / gain
+    scatter = np.sqrt(remaining_sse / sum_of_squares) / np.maximum(gain, _SMALLEST_GAIN)
     mean_weight = sums_by_curve(weight_of_point) / point_count
     is_odd = _is_odd(gain, mean_weight, scatter, settings)
     return {"gain": gain, "robust_weight": mean_weight, "odd": is_odd}

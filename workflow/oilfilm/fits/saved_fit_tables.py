@@ -113,26 +113,22 @@ def _constant_complaints(found_names: pd.Series, law: Law) -> Iterator[str]:
     for constant_name in found_names[found_names.duplicated()]:
         yield f"coefficients has the constant {constant_name} twice"
     present_names = set(found_names)
-    for constant, coefficient in zip(_leading_constants(law), law.coefficient_names, strict=True):
-        if not {constant, coefficient} & present_names:
-            yield f"coefficients lacks the constant {constant}"
+    for x0_name, coefficient_name in zip(_x0_names(law), law.coefficient_names, strict=True):
+        if not {x0_name, coefficient_name} & present_names:
+            yield f"coefficients lacks the constant {x0_name}"
 
 
-def _leading_constants(law: Law) -> list[str]:
+def _x0_names(law: Law) -> list[str]:
     """Names of the constants X0 of the law's coefficients."""
-    return [constant.name for constant in law.constants if constant.condition is None]
+    return [constant.name for constant in law.constants if constant.group is None]
 
 
 def _sign_complaints(table_name: str, rows: pd.DataFrame, law: Law) -> Iterator[str]:
     """Complaints about constants whose sign is not that of the law; unknown ones have none."""
     sign_by_name = {constant.name: constant.sign for constant in law.constants}
-    sign_by_name |= dict(
-        zip(
-            law.coefficient_names,
-            map(sign_by_name.__getitem__, _leading_constants(law)),
-            strict=True,
-        )
-    )
+    # a coefficient X has the sign of its X0
+    for x0_name, coefficient_name in zip(_x0_names(law), law.coefficient_names, strict=True):
+        sign_by_name[coefficient_name] = sign_by_name[x0_name]
     signs = rows["constant"].map(sign_by_name).fillna(0).to_numpy(dtype=float)
     values = rows["value"].to_numpy(dtype=float)
     is_wrong = (signs != 0) & ~np.isnan(values) & ~(signs * values > np.finfo(float).tiny)

@@ -84,8 +84,8 @@ def comparison_conditions(
         Value of each condition of the laws, by column.
 
     Raises:
-        OilfilmError: The tested ranges of a condition do not overlap, or a given condition is one
-            of no law.
+        OilfilmError: The tested ranges of a condition do not overlap or are not known, or a given
+            condition is one of no law.
     """
     condition_names = list(
         dict.fromkeys(name for fit in fits.values() for name in fit.law.conditions)
@@ -108,6 +108,12 @@ def _middle_of_condition(fits: Mapping[str, FittedLaw], condition_name: str) -> 
         for label, fit in fits.items()
         if condition_name in fit.law.conditions
     }
+    labels_without_range = [label for label, ends in ranges.items() if np.isnan(ends).any()]
+    if labels_without_range:
+        raise OilfilmError(
+            f"{condition_name} is not known of the runs of {', '.join(labels_without_range)}, so "
+            "that there is no range that all fits tested. Leave these fits out."
+        )
     lowest = max(smallest for smallest, _ in ranges.values())
     highest = min(largest for _, largest in ranges.values())
     if not lowest <= highest + _SAME_LEVEL * abs(highest):

@@ -368,18 +368,18 @@ def finished_fit_tables(results: CampaignTables, settings: Settings) -> dict[str
 
 
 def soundness_table(
-    results: CampaignTables, lack_of_fit: pd.DataFrame, settings: Settings
+    results: CampaignTables, lack_of_fit_rows: pd.DataFrame, settings: Settings
 ) -> pd.DataFrame:
     """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
 
     Args:
         results: As in `finished_fit_tables`.
-        lack_of_fit: Table `lack_of_fit`.
+        lack_of_fit_rows: Table `lack_of_fit`.
         settings: `fit`, `surface` and `steadiness`.
     """
     fits = results.configured_fits
     quality_row_by_oil = {row["oil"]: row for row in tables.rows(fits.fit_quality)}
-    lack_verdict_by_oil = lack_of_fit.set_index("oil")["verdict"]
+    lack_verdict_by_oil = lack_of_fit_rows.set_index("oil")["verdict"]
     rows = []
     for oil, quality_row in quality_row_by_oil.items():
         # of one oil at a time: a fit keeps its surface
@@ -420,7 +420,7 @@ def soundness_row(
     Args:
         quality_row: The fit's row of `fit_quality`.
         fitted: The fit; None where there is none.
-        points: Its accepted points, or of each run that with the largest slip.
+        points: Its accepted points; of each run, the point with the largest slip is enough.
         settings: `fit`, `surface` and `steadiness`; a fit on arrays has no campaign's `Settings`.
         runs: `LABEL_COLUMNS` of the table of runs; without it no groups of runs are known.
         is_lack_of_fit_shown: Whether repeated runs show a lack of fit.

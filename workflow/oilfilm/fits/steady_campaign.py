@@ -40,8 +40,8 @@ _CAUSE_BY_EFFECT = {
 }
 _SWAPPED_LABELS = "temperature labels"
 _CAUSE_BY_MISREAD_QUANTITY = {"speed": "speed factor", "slip": "slip factor"}
-# Effects whose size is that of the truth: with a larger slip or a hotter contact than the log says,
-# the log reads too low.
+# Effects whose size is the true value less the logged one. A change is stated as the logged value
+# less the true one: a log that reads too low has a negative size.
 _EFFECTS_OF_OPPOSITE_SIGN = ("slip_scale", "temperature_k")
 # Effects whose size is the logarithm of a factor.
 _LOGARITHMIC_EFFECTS = ("gain", "slip_scale")

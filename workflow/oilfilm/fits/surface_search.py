@@ -270,7 +270,7 @@ def _constant_rows(
 ) -> list[dict[str, Any]]:
     """Rows of the table `surface_constants`: the free constants of the law in the surface.
 
-    Constants of a law that does not fit describe the plan of the tests, and have no errors.
+    Constants of a law that does not fit depend on which conditions were tested, and have no errors.
     """
     internal_constants = surface_law.constants.copy()
     internal_constants[surface_law.is_free] = verdict.constants
@@ -282,9 +282,9 @@ def _constant_rows(
     for constant, value, error in zip(
         surface_law.law.constants, constants, standard_errors, strict=True
     ):
-        # the internal form of a factor is its logarithm
-        value_per_internal = abs(value) if constant.condition is None else 1.0
-        standard_error = float(value_per_internal * error)
+        # the internal value of an X0 is ln|X0|
+        value_change_per_internal = abs(value) if constant.group is None else 1.0
+        standard_error = float(value_change_per_internal * error)
         row = {"oil": oil, "law": law_name, "constant": constant.name, "value": float(value)}
         rows.append({**row, "standard_error": standard_error})
     return [row for row, is_free in zip(rows, surface_law.is_free, strict=True) if is_free]

@@ -24,8 +24,8 @@ class Conditions:
     """Operating conditions of contacts, beside the slip; floats or arrays that broadcast.
 
     Attributes:
-        load_n: Normal load Q, in N.
-        max_hertz_pressure_gpa: p_max, in GPa.
+        load_n: Normal load W, in N.
+        max_hertz_pressure_gpa: Maximum pressure p0, in GPa.
         entrainment_speed_m_s: Mean of the two surface speeds in the middle of the contact, in m/s.
         inlet_temperature_c: Temperature of the oil at the inlet, in degC.
         radius_x_m: Reduced radius along the rolling direction, in m.
@@ -43,7 +43,7 @@ class Conditions:
 
     @property
     def relative_pressure(self) -> FloatArray:
-        """p_max/E'."""
+        """p0/E'."""
         return np.asarray(self.max_hertz_pressure_gpa * PA_PER_GPA / self.reduced_modulus_pa)
 
     def select(self, *index: Any) -> "Conditions":

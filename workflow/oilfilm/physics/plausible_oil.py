@@ -110,7 +110,7 @@ def _first_wrong_index(is_wrong: BoolArray) -> int | None:
 def _density_faults(
     temperature_c: FloatArray, density_kg_m3: FloatArray
 ) -> Iterator[ImpossibleProperty]:
-    """Density outside its usual range, or with an unusual expansion."""
+    """A density that no oil has, or a thermal expansion that no oil has."""
     lowest_density, highest_density = _DENSITY_KG_M3
     wrong_index = _first_wrong_index(
         ~((density_kg_m3 >= lowest_density) & (density_kg_m3 <= highest_density))
@@ -142,7 +142,7 @@ def _density_faults(
 def _viscosity_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, fall_1_k: FloatArray
 ) -> Iterator[ImpossibleProperty]:
-    """A viscosity that is missing, rises with temperature or falls unusually."""
+    """A viscosity that is missing, rises with temperature, or falls as that of no oil."""
     wrong_index = _first_wrong_index(~(np.isfinite(viscosity_pa_s) & (viscosity_pa_s > 0)))
     if wrong_index is not None:
         yield ImpossibleProperty(
@@ -178,7 +178,7 @@ def _viscosity_faults(
 def _pressure_viscosity_faults(
     temperature_c: FloatArray, alpha_1_gpa: FloatArray
 ) -> Iterator[ImpossibleProperty]:
-    """A pressure-viscosity coefficient outside its usual range."""
+    """A pressure-viscosity coefficient that no oil has."""
     lowest_alpha, highest_alpha = _PRESSURE_VISCOSITY_1_GPA
     wrong_index = _first_wrong_index(
         ~((alpha_1_gpa >= lowest_alpha) & (alpha_1_gpa <= highest_alpha))
@@ -200,7 +200,10 @@ def _pressure_viscosity_faults(
 def _film_faults(
     temperature_c: FloatArray, viscosity_pa_s: FloatArray, alpha_1_gpa: FloatArray
 ) -> Iterator[ImpossibleProperty]:
-    """A step of the film thickness. Reference of the exponents: Hamrock and Dowson (1977)."""
+    """A film thickness that changes too fast with temperature.
+
+    Reference of the exponents: Hamrock and Dowson (1977).
+    """
     log_film = _FILM_VISCOSITY_EXPONENT * np.log(viscosity_pa_s)
     log_film = log_film + _FILM_PRESSURE_EXPONENT * np.log(alpha_1_gpa)
     log_change_1_k = np.abs(np.diff(log_film) / np.diff(temperature_c))

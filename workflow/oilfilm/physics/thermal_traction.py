@@ -58,12 +58,13 @@ class ThermalEhlConstants:
 
 @dataclass(frozen=True)
 class SlidingFilm:
-    """Result of `sliding_film`; each attribute has the broadcast shape of the arguments.
+    """Result of `sliding_film`; arrays of the broadcast shape of the arguments.
 
     Attributes:
         shear_stress_pa: Shear stress tau, in Pa.
-        shear_rate_1_s: Sliding speed over film thickness, in 1/s.
-        film_thickness_m: Central film thickness, reduced by inlet heating, in m.
+        shear_rate_1_s: Shear rate of the film, S_f U/h, without the creep of the bodies, in 1/s.
+        film_thickness_m: Central film thickness, reduced by inlet heating, in m. It is the same at
+            all points of a contact, and has no axis of the pressure.
         surface_temperature_c: Mean temperature of the two surfaces, in degC.
         film_temperature_c: Mean temperature across the film, in degC.
     """
@@ -226,8 +227,8 @@ def flash_temperature_rise(
     # Mean temperature over a circle under a fast, uniform source. The mean over a chord is
     # q (4/3) sqrt(chord/(pi k rho c V)); the factor is the integral over all chords.
     factor = 8 * np.sqrt(2) / (3 * np.pi**1.5) * scipy.special.beta(1 / 2, 7 / 4)
-    carried_heat = conductivity_w_mk * volumetric_heat_j_m3k * speed_m_s
-    return np.asarray(factor * heat_flux_w_m2 * np.sqrt(contact_radius_m / carried_heat))
+    k_rho_c_v = conductivity_w_mk * volumetric_heat_j_m3k * speed_m_s
+    return np.asarray(factor * heat_flux_w_m2 * np.sqrt(contact_radius_m / k_rho_c_v))
 
 
 def film_temperature_rise(
@@ -287,8 +288,8 @@ def mean_film_temperature_rise(
     Returns:
         dT, in K.
 
-    Validity: circular contact, half of the heat into each body, uniform heat; and that of
-        `flash_temperature_rise` and `film_temperature_rise`.
+    Validity: circular contact, half of the heat into each body, uniform heat, |S| below 2 (both
+        surfaces roll on); and that of `flash_temperature_rise` and `film_temperature_rise`.
 
     Reference: J. F. Archard, Wear 2 (1959) 438, for the surfaces; H. S. Carslaw and J. C. Jaeger,
         Conduction of Heat in Solids (1959), 3.14, for the film.
@@ -320,13 +321,13 @@ def mean_film_temperature_rise(
             solid_volumetric_heat_j_m3k,
         )
 
-    slower_rise_k = surface_rise(speed_m_s * (1 - slide_roll_ratio / 2))
-    faster_rise_k = surface_rise(speed_m_s * (1 + slide_roll_ratio / 2))
+    first_surface_rise_k = surface_rise(speed_m_s * (1 - slide_roll_ratio / 2))
+    second_surface_rise_k = surface_rise(speed_m_s * (1 + slide_roll_ratio / 2))
     thickness_m = film_thickness(inlet_oil, conditions, slide_roll_ratio, "central")
     film_rise_k = film_temperature_rise(
         heat_flux_w_m2, thickness_m, inlet_oil.thermal_conductivity_w_mk
     )
-    return (slower_rise_k + faster_rise_k) / 2 + film_rise_k
+    return (first_surface_rise_k + second_surface_rise_k) / 2 + film_rise_k
 
 
 def film_stress(

@@ -83,7 +83,7 @@ class FreeLaw:
             self.law.constants, self.constants, self.is_free, strict=True
         ):
             if is_free or value != 0:
-                followed_groups.add(constant.condition)
+                followed_groups.add(constant.group)
         return np.array([group in followed_groups for group in self.law.groups])
 
     def _observations(self, conditions: FloatArray, slip: FloatArray) -> Observations:

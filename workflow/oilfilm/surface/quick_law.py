@@ -93,7 +93,7 @@ def _is_free(law: Law, measurements: Measurements) -> BoolArray:
     groups_vary = dict(zip(law.groups, law.varied_groups(varies), strict=True))
     is_free = []
     for constant in law.constants:
-        is_varied = constant.condition is None or groups_vary[constant.condition]
+        is_varied = constant.group is None or groups_vary[constant.group]
         is_free.append(is_varied and constant.prescribed is None)
     return np.array(is_free)
 
@@ -105,7 +105,7 @@ def _starts(law: Law) -> list[FloatArray]:
     for _ in range(_START_COUNT):
         constants = []
         for constant in law.constants:
-            if constant.condition is None:
+            if constant.group is None:
                 lowest = max(constant.lower, constant.smallest_start)
                 constants.append(random_generator.uniform(lowest, constant.upper))
             else:

@@ -26,7 +26,7 @@ from oilfilm.bearing.geometry import Bearing
 from oilfilm.fits.fitted import FittedLaw
 from oilfilm.fits.measured_curves import (
     CurvePlan,
-    FormError,
+    FormErrorProcess,
     Information,
     choose_curves,
     measured_information,
@@ -373,7 +373,7 @@ def _form_error_over_tests(
     wanted: WantedQuantities,
     information: Information,
     test_curves: Curves,
-) -> FormError:
+) -> FormErrorProcess:
     """Error of the law's form over its size, with lengths relative to the span of the tests."""
     test_coordinates = information.form_coordinates(test_curves)
     wanted_coordinates = wanted.coordinates.reshape(-1, test_coordinates.shape[1])
@@ -381,7 +381,7 @@ def _form_error_over_tests(
     span = np.maximum(np.ptp(test_coordinates, axis=0), _SMALLEST_SPAN)
     coordinate_lengths = plan_settings.form_error_length * span
     coordinates = np.concatenate([wanted_coordinates, measured_coordinates, test_coordinates])
-    return FormError.spread_over(coordinate_lengths, coordinates)
+    return FormErrorProcess.spread_over(coordinate_lengths, coordinates)
 
 
 def plan_table(results: CampaignTables, settings: Settings) -> tuple[pd.DataFrame, list[str]]:

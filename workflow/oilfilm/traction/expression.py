@@ -148,32 +148,32 @@ _FUNCTIONS: dict[str, tuple[Any, Callable[[Node, Node, Node], Node]]] = {
 
 
 def parse(
-    text: str, node_of_name: Mapping[str, Node], named_parts: Sequence[tuple[str, str]] = ()
+    text: str, node_by_name: Mapping[str, Node], named_parts: Sequence[tuple[str, str]] = ()
 ) -> Node:
     """The graph of an equation.
 
     Args:
-        text: Arithmetic: + - * / **, numbers, the names of `node_of_name` and the functions exp,
+        text: Arithmetic: + - * / **, numbers, the names of `node_by_name` and the functions exp,
             expm1, log, log1p, sqrt, tanh, asinh, abs and sign.
-        node_of_name: Node of each name.
+        node_by_name: Node of each name.
         named_parts: Name and text of parts of the equation. A text may use the names of
-            `node_of_name` and of earlier parts.
+            `node_by_name` and of earlier parts.
 
     Raises:
         ValueError: The text has anything else.
         SyntaxError: The text is no expression.
     """
-    node_by_name = dict(node_of_name)
+    all_nodes_by_name = dict(node_by_name)
     for part_name, part_text in named_parts:
-        node_by_name[part_name] = parse(part_text, node_by_name)
+        all_nodes_by_name[part_name] = parse(part_text, all_nodes_by_name)
 
     def build(tree: ast.expr) -> Node:
         """The graph of a part of the text, from Python's syntax tree of it."""
         match tree:
             case ast.Constant(value=int() | float() as value):
                 return number_node(float(value))
-            case ast.Name(id=variable) if variable in node_by_name:
-                return node_by_name[variable]
+            case ast.Name(id=variable) if variable in all_nodes_by_name:
+                return all_nodes_by_name[variable]
             case ast.UnaryOp(op=ast.USub(), operand=operand):
                 return _negative(build(operand))
             case ast.BinOp(left=left, op=operator, right=right) if type(operator) in _OPERATORS:
@@ -181,8 +181,8 @@ def parse(
             case ast.Call(func=ast.Name(id=function), args=[argument]) if function in _FUNCTIONS:
                 return _node(function, build(argument))
         raise ValueError(
-            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, {', '.join(node_by_name)}, "
-            f"+ - * / **, and the functions {', '.join(_FUNCTIONS)}"
+            f"{text!r}: found {ast.unparse(tree)!r}; expected numbers, "
+            f"{', '.join(all_nodes_by_name)}, + - * / **, and the functions {', '.join(_FUNCTIONS)}"
         )
 
     return build(ast.parse(text, mode="eval").body)
@@ -197,11 +197,11 @@ def parse_steps(
         steps: Name and text of each equation. A text may use `variable_names` and earlier steps.
         variable_names: Names of coefficients and slip.
     """
-    node_of_name = {variable_name: name_node(variable_name) for variable_name in variable_names}
+    node_by_name = {variable_name: name_node(variable_name) for variable_name in variable_names}
     parsed = []
     for step_name, text in steps:
-        parsed.append((step_name, parse(text, node_of_name)))
-        node_of_name[step_name] = name_node(step_name)
+        parsed.append((step_name, parse(text, node_by_name)))
+        node_by_name[step_name] = name_node(step_name)
     return parsed
 
 
@@ -323,7 +323,7 @@ class Form:
 
     Attributes:
         template: Text with a gap for each operand.
-        precedence: 1 sum, 2 product, 4 power, 5 never needs brackets.
+        precedence: 1 sum, 2 product, 3 typeset fraction, 4 power, 5 never needs brackets.
         operand_precedences: Smallest precedence of each operand that needs no brackets.
     """
 

@@ -97,7 +97,7 @@ class Constant:
         lower: Lower bound of the internal value, which is ln|X0| or the exponent.
         upper: Upper bound of the internal value.
         sign: Sign of X0; 0 for an exponent.
-        condition: Group of the exponent; None for X0.
+        group: Group that the exponent belongs to; None for X0.
         prescribed: Value of an exponent that the law prescribes, so that it is not fitted.
         smallest_start: Smallest internal value at which a search starts, as
             `Coefficient.smallest_start`; not limited for an exponent.
@@ -107,14 +107,14 @@ class Constant:
     lower: float
     upper: float
     sign: int = 0
-    condition: str | None = None
+    group: str | None = None
     prescribed: float | None = None
     smallest_start: float = -np.inf
 
 
 @dataclass(frozen=True)
 class Observations:
-    """Points at which a law is evaluated, in curves with one operating condition each.
+    """Points at which a law is evaluated, without their mu, in curves of one condition each.
 
     Attributes:
         design: Rows of `Law.design`, one row per curve.
@@ -325,7 +325,7 @@ class Law:
                         name=f"{coefficient.name}{group_index + 1}",
                         lower=-largest_exponent,
                         upper=largest_exponent,
-                        condition=group,
+                        group=group,
                         prescribed=exponents[group_index],
                     )
                 )
@@ -356,13 +356,15 @@ class Law:
         )
         return np.where(self._is_exponential, relative_groups - 1, logarithms)
 
-    def design(self, conditions: FloatArray, is_followed: BoolArray | None = None) -> FloatArray:
+    def design(
+        self, conditions: FloatArray, group_has_exponent: BoolArray | None = None
+    ) -> FloatArray:
         """Design matrix of the power laws: rows of 1 and the terms of the groups (`log_terms`).
 
         Args:
             conditions: Shape (rows, conditions).
-            is_followed: Whether the power law follows each group; the others have their reference
-                value. All groups are followed if it is not given.
+            group_has_exponent: Whether the power laws follow each group by an exponent; the others
+                have their reference value. All groups are followed if it is not given.
 
         Returns:
             Shape (rows, groups + 1).
@@ -372,15 +374,15 @@ class Law:
         """
         condition_rows = np.atleast_2d(conditions)
         terms = self.log_terms(self.group_values(condition_rows))
-        if is_followed is not None:
-            terms = np.where(is_followed, terms, 0.0)
+        if group_has_exponent is not None:
+            terms = np.where(group_has_exponent, terms, 0.0)
         has_no_value = np.isnan(terms)
         if has_no_value.any():
             first_row = int(has_no_value.any(axis=1).argmax())
-            needed = ", ".join(np.array(self.groups)[has_no_value[first_row]])
+            groups_without_value = ", ".join(np.array(self.groups)[has_no_value[first_row]])
             values = ", ".join(f"{value:g}" for value in condition_rows[first_row])
             raise NoValueError(
-                f"{self.name} needs {needed} above zero; found {values} "
+                f"{self.name} needs {groups_without_value} above zero; found {values} "
                 f"({', '.join(self.conditions)})"
             )
         return np.column_stack([np.ones(len(terms)), terms])
@@ -430,12 +432,12 @@ def _graphs(
     equation: str, named_parts: tuple[tuple[str, str], ...], signs: tuple[tuple[str, int], ...]
 ) -> tuple[Node, ...]:
     """Graphs of mu and of its derivatives by each ln|X|, with the magnitudes |X| and S as names."""
-    node_of_name = {"S": expression.name_node("S")}
+    node_by_name = {"S": expression.name_node("S")}
     for name, sign in signs:
-        node_of_name[name] = expression.parse(
+        node_by_name[name] = expression.parse(
             "X" if sign > 0 else "-X", {"X": expression.name_node(name)}
         )
-    mu = expression.parse(equation, node_of_name, named_parts)
+    mu = expression.parse(equation, node_by_name, named_parts)
     derivatives = [expression.derivative_by_ln(mu, name) for name, _ in signs]
     return (mu, *derivatives)
 

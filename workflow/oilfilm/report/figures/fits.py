@@ -123,7 +123,7 @@ def _powers_in_words(law: Law, shown_constants: Collection[str]) -> str:
             out.
     """
     varied_groups = {
-        constant.condition for constant in law.constants if constant.name in shown_constants
+        constant.group for constant in law.constants if constant.name in shown_constants
     }
     texts = []
     for group, reference in zip(law.groups, law.reference, strict=True):

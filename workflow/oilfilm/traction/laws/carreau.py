@@ -2,10 +2,11 @@
 
     mu = L [1 - exp(-c/L)],   c = N S [1 + (N S/G)^2]^((n - 1)/2)
 
-All stresses are relative to the mean pressure: N = eta U/(h p) is the slope at S = 0, G the stress
-at which shear thinning begins, L = tau_L/p. n and the stress G p are properties of the oil and
-equal at all conditions, hence G = G0 P^-1. n is limited to 0.9: near 1 there is no shear thinning,
-and G has no effect. The law always rises with slip, because it has no heating.
+c is the stress without limit. All stresses are relative to the mean pressure: N = eta U/(h p) is
+the slope at S = 0, G the stress at which shear thinning begins, L = tau_L/p. n and the stress G p
+are properties of the oil and equal at all conditions, hence G = G0 P^-1. n is limited to 0.9: near
+1 there is no shear thinning, and G has no effect. The law always rises with slip, because it has no
+heating.
 
 References: P. J. Carreau, Trans. Soc. Rheol. 16 (1972) 99, in the form with a stress of S. Bair,
 High Pressure Rheology for Quantitative Elastohydrodynamics, Elsevier (2007); S. Bair, W. O. Winer,

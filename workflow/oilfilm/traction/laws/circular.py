@@ -2,11 +2,12 @@
 
     mu = m/(1 + H S mu),   m = N S/sqrt(1 + (N S/L)^2)
 
-All stresses are relative to the mean pressure p. N = eta U/(h p) is the slope at S = 0 in a film of
-thickness h. L = tau_L/p is the level without heat. H is the loss of stress by friction heat (see
-`EYRING`). The film has no shear thinning beside the limit, so that the law has one coefficient less
-than `EYRING`. The viscosity, and with it N, has an exponential of the inlet temperature, as in
-Johnson and Tevaarwerk. The heat term and the exponentials of L and H are OURS.
+m is the stress without heat. All stresses are relative to the mean pressure p. N = eta U/(h p) is
+the slope at S = 0 in a film of thickness h. L = tau_L/p is the level without heat. H is the loss of
+stress by friction heat (see `EYRING`). The film has no shear thinning beside the limit, so that the
+law has one coefficient less than `EYRING`. The viscosity, and with it N, has an exponential of the
+inlet temperature, as in Johnson and Tevaarwerk. The heat term and the exponentials of L and H are
+OURS.
 
 References: R.-T. Lee, B. J. Hamrock, A circular non-Newtonian fluid model: part I, J. Tribol. 112
 (1990) 486 (its abstract names the circular model and its limiting shear strength; the equation was

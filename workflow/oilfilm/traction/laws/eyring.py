@@ -2,12 +2,12 @@
 
     mu = m/(1 + H S mu),   m = L [1 - exp(-e/L)],   e = E asinh(N S/E)
 
-All stresses are relative to the mean pressure: N = eta U/(h p) is the slope at S = 0, E = tau_E/p,
-L = tau_L/p. The friction heat is proportional to mu S, and H is the loss of stress by this heat, a
-power law like the others. The decrease of the stress as 1/(1 + temperature rise) is OURS. It keeps
-the law explicit: the equation below is solved for mu, in a form without cancellation. Without heat
-(H = 0) it is the isothermal law. tau_E is a property of the oil and equal at all conditions, hence
-E = E0 P^-1.
+e is the stress without limit and heat, m the stress without heat. All stresses are relative to the
+mean pressure: N = eta U/(h p) is the slope at S = 0, E = tau_E/p, L = tau_L/p. The friction heat is
+proportional to mu S, and H is the loss of stress by this heat, a power law like the others. The
+decrease of the stress as 1/(1 + temperature rise) is OURS. It keeps the law explicit: the equation
+below is solved for mu, in a form without cancellation. Without heat (H = 0) it is the isothermal
+law. tau_E is a property of the oil and equal at all conditions, hence E = E0 P^-1.
 
 References: K. L. Johnson, J. L. Tevaarwerk, Proc. R. Soc. Lond. A 356 (1977) 215; S. Bair,
 W. O. Winer, J. Lubr. Technol. 101 (1979) 258; the stresses as in

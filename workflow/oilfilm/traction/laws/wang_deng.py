@@ -33,7 +33,7 @@ _COEFFICIENTS = (
     Coefficient("D", +1, 1e-4, 1.0),
 )
 
-# On the dimensional load. It is the only one of these laws that depends on the size of the ball.
+# On the load in N. Of all laws, only this one and the next one depend on the size of the ball.
 WANG_DENG_LOAD = Law(
     name="wang-deng-load",
     title="load-based Wang-Deng",
@@ -75,10 +75,10 @@ WANG_DENG_CRITICAL_LOAD = replace(
 class WangDengGroups(Law):
     """The law on dimensionless groups of load, speed and heating; the groups are OURS.
 
-        Wbar = W/(E' R^2),  Ubar = eta0 U/(E' R),  Lbar = eta0 beta U^2/k
+        Q = W/(E' R^2),  V = eta0 U/(E' R),  Z = eta0 beta U^2/k
 
-    with the oil's properties at the inlet temperature. For a circular contact Wbar is
-    (2 pi^3/3) (p_max/E')^3 for every ball: these groups depend on stress and not on load.
+    with the oil's properties at the inlet temperature. For a circular contact Q is
+    (2 pi^3/3) (p0/E')^3 for every ball: these groups depend on stress and not on load.
 
     Attributes:
         oil: The oil; None before `for_oil`.
