@@ -252,10 +252,13 @@ def _campaign_name_of(paths: Iterable[Path], raw_folder: Path, settings_folder: 
     for path in paths:
         # not `resolve`, which fails on a link to itself
         real_path = Path(os.path.realpath(path))
-        if real_path.is_relative_to(raw_folder):
-            campaign_name = real_path.relative_to(raw_folder).parts[0].removesuffix("-torque")
-            if campaign_name in known_names:
-                campaign_names_of_logs.add(campaign_name)
+        if raw_folder in real_path.parents:
+            folder_name = real_path.relative_to(raw_folder).parts[0]
+            # a campaign may itself have a name that ends in -torque
+            for campaign_name in (folder_name, folder_name.removesuffix("-torque")):
+                if campaign_name in known_names:
+                    campaign_names_of_logs.add(campaign_name)
+                    break
     if len(campaign_names_of_logs) > 1:
         campaigns_in_words = " and ".join(sorted(campaign_names_of_logs))
         raise OilfilmError(
