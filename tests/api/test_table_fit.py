@@ -370,6 +370,13 @@ def test_a_condition_of_all_rows_is_none_that_the_table_has(points: pd.DataFrame
         oilfilm.fit_table(points, at={"inlet_temp": 300.0}, **QUICK)
 
 
+@pytest.mark.parametrize("value", ["40degC", [40.0, 50.0], None, np.nan])
+def test_a_condition_of_all_rows_is_one_number(points: pd.DataFrame, value: object) -> None:
+    without_temperature = points.drop(columns="inlet_temperature_c")
+    with pytest.raises(oilfilm.OilfilmError, match=r"inlet_temperature_c: .*expected.* number"):
+        oilfilm.fit_table(without_temperature, at={"inlet_temperature_c": value}, **QUICK)
+
+
 @pytest.mark.parametrize("mu_has_sign", [True, False])
 def test_a_reversed_force_is_told(points: pd.DataFrame, mu_has_sign: bool) -> None:
     backwards = points.assign(**{SLIP: -points[SLIP]})

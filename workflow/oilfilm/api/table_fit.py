@@ -39,6 +39,7 @@ from oilfilm.api.mu_columns import (
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, BoolArray, FloatArray
+from oilfilm.fits.fitted import in_column_unit
 from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.header import says_simulated
@@ -122,7 +123,7 @@ def fit_table(
     materials: str = "steel,steel",
     law: str | None = None,
     oil: str | None = None,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, Any] | None = None,
     columns: str | Mapping[str, str] = "",
     simulated: bool = False,
     **settings: Unpack[FitKeys],
@@ -142,7 +143,8 @@ def fit_table(
         law: Name of the law. If not given, a law of pressure, or of load where the pressure is not
             known.
         oil: The oil to fit where the table has several oils; else the name of the oil.
-        at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`).
+        at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`):
+            numbers in the unit of the column, or quantities of pint.
         columns: What columns mean where their names leave it open, as
             `{"slide_roll_ratio": "Schlupf [%], over_sum"}` or the text of `--columns`.
         simulated: Whether a program wrote the points. What is saved of the fit then says so. A
@@ -173,7 +175,7 @@ def fit_table(
     """
     if law is not None:
         refuse_unknown_law(law, LAWS)
-    conditions_of_all_rows = dict(at or {})
+    conditions_of_all_rows = _conditions_of_all_rows(at or {})
     pressure_of_load = None
     if ball_radius_m is not None:
         pressure_of_load = partial(
@@ -183,7 +185,7 @@ def fit_table(
         stated_columns(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
     )
     mu_table = read_mu_table(table, stated_by_user)
-    _refuse_contradiction(conditions_of_all_rows, mu_table)
+    _refuse_conditions_given_twice(conditions_of_all_rows, mu_table)
     points = mu_table.points.assign(**conditions_of_all_rows)
     points, oil = _points_of_oil(points, oil, mu_table.name)
     if LOAD in points and pressure_of_load is not None:
@@ -218,16 +220,33 @@ def fit_table(
     )
 
 
-def _refuse_contradiction(conditions_of_all_rows: Mapping[str, float], mu_table: "MuTable") -> None:
-    """Refuse a condition of all rows that is none, or that the table has already.
+def _conditions_of_all_rows(at: Mapping[str, Any]) -> dict[str, float]:
+    """The conditions that the caller gives for all rows, by their columns' names.
+
+    Raises:
+        OilfilmError: A key is no condition, or a value is not one possible number.
+    """
+    value_by_column: dict[str, float] = {}
+    for column, value in at.items():
+        if column not in _OPTION_BY_COLUMN:
+            names = ", ".join(_OPTION_BY_COLUMN)
+            raise OilfilmError(f"at: found the key {column!r}; expected some of {names}.")
+        numbers = in_column_unit(value, column)
+        if numbers.size != 1 or not np.isfinite(numbers).all():
+            raise OilfilmError(f"at: {column}: found {cut(repr(value))}; expected one number.")
+        value_by_column[column] = float(numbers.item())
+    return value_by_column
+
+
+def _refuse_conditions_given_twice(
+    conditions_of_all_rows: Mapping[str, float], mu_table: "MuTable"
+) -> None:
+    """Refuse a condition of all rows that the table has already.
 
     Raises:
         OilfilmError: There is such a condition.
     """
     for column in conditions_of_all_rows:
-        if column not in _OPTION_BY_COLUMN:
-            names = ", ".join(_OPTION_BY_COLUMN)
-            raise OilfilmError(f"at: found the key {column!r}; expected some of {names}.")
         if column in mu_table.points:
             raise mu_table.error(
                 f"it has the {_QUANTITY_IN_WORDS[column]}, and another one is given for all rows.",
