@@ -57,7 +57,7 @@ _FRAME_COLUMNS = [
 ]
 # Source of a label or set point that the header does not give.
 _FROM_CAMPAIGN, _FROM_HERTZ = "campaign", "by Hertz"
-# Letters in a line of the text.
+# Characters in a line of the text.
 TEXT_WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.
 _MAX_LISTED_RUNS = 10
@@ -693,7 +693,7 @@ def _counts_in_words(names: Iterable[str]) -> str:
 
 
 def _wrapped_lines(text: str, indent: str) -> list[str]:
-    """A text in lines of at most `TEXT_WIDTH` letters, further ones indented more."""
+    """A text in lines of at most `TEXT_WIDTH` characters, further ones indented more."""
     return textwrap.wrap(
         text,
         TEXT_WIDTH,
