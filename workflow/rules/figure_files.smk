@@ -31,7 +31,7 @@ def settings_of_figures(figures):
     """Settings that figures depend on; each says where its data are from."""
     keys = {key for figure in figures for key in figure.settings}
     campaign_keys = {key for key in keys if key.startswith("campaign.")}
-    return part(
+    return settings_part(
         *(keys - campaign_keys),
-        campaign=(*ORIGIN, *(key.removeprefix("campaign.") for key in campaign_keys)),
+        campaign=(*ORIGIN_KEYS, *(key.removeprefix("campaign.") for key in campaign_keys)),
     )

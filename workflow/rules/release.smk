@@ -20,7 +20,7 @@ rule release:
         "<logs>/release.log",
     localrule: True
     params:
-        code=code("release.py"),
+        code=script_digest("release.py"),
         # what ran is what was here when the run began
         tree=code_tree_digest(HOME),
         releases=prefixed("results/releases", CAMPAIGN.name).as_posix(),

@@ -28,13 +28,13 @@ rule report:
         page="<results>/report.html",
         summary="<results>/summary.txt",
         package="<tables>/datapackage.json",
-        made=made("report"),
+        made=step_listing("report"),
     log:
         "<logs>/report.log",
     localrule: True
     params:
         tables=[name for name, path in TABLE_FILES.items() if path],
-        code=code(
+        code=script_digest(
             "report.py",
             *LAW_FILES.values(),
             *TABLE_DECLARATIONS,
