@@ -56,7 +56,7 @@ rule bearing_maps:
         made=step_listing("bearing-maps"),
     log:
         "<logs>/bearing-maps.log",
-    # the longest chain of a campaign begins here: last, a core would wait for it
+    # the longest chain of jobs begins here: started late, it alone would run at the end
     priority: 2
     params:
         code=lambda wildcards: script_digest(

@@ -2,7 +2,11 @@
 
 
 def files_of_figures(figures):
-    """Files of figures; Snakemake's report shows each PNG."""
+    """Files of figures, each as PNG and SVG, and the table `drawn` of exactly what it shows.
+
+    Snakemake's report shows each PNG, under the figure's number in the publication of its study
+    (`counterpart`), else under its title.
+    """
     return {
         "png": [
             in_report(

@@ -1,7 +1,7 @@
 from oilfilm.traction import LAWS, PAPER_LAW
 
 FITTED_LAW_NAMES = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
-# Which law is configured changes no fit.
+# No fit depends on which law is configured. With a fixed one here, another choice reruns no fit.
 SETTINGS_OF_ONE_FIT = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
 # Laws that are in one file are fitted by one job: a change of the file is a change of all.
 LAW_NAMES_OF_FILE = {}
@@ -43,7 +43,7 @@ rule fit:
 
 
 rule surface:
-    "Measured mu of one oil without a law: what its runs differ by, and where the next one lies."
+    "Surface of one oil's measured mu: how its runs differ, and the interval of the next run."
     input:
         **{
             table: expand(

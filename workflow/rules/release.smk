@@ -21,7 +21,7 @@ rule release:
     localrule: True
     params:
         code=script_digest("release.py"),
-        # what ran is what was here when the run began
+        # the code when the run began; the script refuses a release if it has changed since
         tree=code_tree_digest(HOME),
         releases=prefixed("results/releases", CAMPAIGN.name).as_posix(),
         sheets=digests_of_sheets(),

@@ -2,7 +2,7 @@
 
 Each column is declared once, in a YAML file, with its unit, meaning and caveat. Each table lists
 its columns and its key. Units and descriptions are in the footer of the Parquet file, beside the
-provenance. They say by which declaration it was written: there is no version to raise.
+provenance. So each file says by which declaration it was written, and needs no version number.
 
 Decides: how a table is checked, written and read; how many rows are in memory at once.
 """
