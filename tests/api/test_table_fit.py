@@ -416,6 +416,14 @@ def test_mu_that_is_often_negative_at_positive_slip_is_refused(points: pd.DataFr
         read_mu_table(table)
 
 
+def test_an_oil_whose_name_cannot_be_saved_is_told(points: pd.DataFrame, tmp_path: Path) -> None:
+    fit = oilfilm.fit_table(points, oil="SAE 10W-40", **QUICK)
+    for write in (lambda: fit.save(tmp_path / "june"), lambda: fit.export(tmp_path / "law.py")):
+        with pytest.raises(oilfilm.OilfilmError, match="found the name 'SAE 10W-40'"):
+            write()
+    assert not list(tmp_path.iterdir())
+
+
 def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_path: Path) -> None:
     text = tmp_path / "mu.csv"
     text.write_text("# simulated: yes\n" + points.to_csv(index=False), encoding="utf-8")
