@@ -43,7 +43,7 @@ def test_columns_and_rows_that_are_not_asked_for_are_not_read(
     pd.testing.assert_frame_equal(part, in_memory)
 
 
-def test_parts_of_runs_have_whole_runs_and_all_rows(points: pd.DataFrame, tmp_path: Path) -> None:
+def test_blocks_of_runs_have_whole_runs_and_all_rows(points: pd.DataFrame, tmp_path: Path) -> None:
     path = tmp_path / "points.parquet"
     ordered = points.sort_values(["run_id", "first_row"], ignore_index=True)
     with tables.writing("points", path, ABOUT, ROWS_OF_GROUP) as add:
