@@ -133,7 +133,7 @@ def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curate
     logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
     with open_sample_files(paths, PROVENANCE) as keep:
         found = ingest_logs(logs, config, keep_run=keep)
-    samples = tables.read_parts("samples", *paths.values())
+    samples = tables.read_blocks("samples", *paths.values())
     curated = curate_parts(samples, found, TractionRig(config))
     for name, frame in vars(curated).items():
         tables.write(frame, name, out / f"parts/{share}/{name}.parquet", PROVENANCE)

@@ -153,6 +153,27 @@ def test_folder_says_the_campaign_of_logs(
     assert "july and june" in capsys.readouterr().err
 
 
+def test_a_campaign_whose_name_ends_as_a_torque_folder_judges_its_own_logs(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    for name in ("june", "june-torque"):
+        write_campaign(tmp_path, name, laboratory_campaign())
+    path = tmp_path / "data/raw/june-torque/a.csv"
+    path.parent.mkdir(parents=True)
+    path.write_bytes(b"no log")
+    (log,) = checked(capsys, path, "--config", str(tmp_path / "config"))
+    assert log["campaign"] == "june-torque"
+
+
+def test_a_raw_folder_that_does_not_exist_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert main(["check", "data/raw"]) == 2
+    assert "data/raw: cannot be read" in capsys.readouterr().err
+
+
 def test_page_shows_what_is_printed(
     demo: Any, tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -370,6 +370,13 @@ def test_a_condition_of_all_rows_is_none_that_the_table_has(points: pd.DataFrame
         oilfilm.fit_table(points, at={"inlet_temp": 300.0}, **QUICK)
 
 
+@pytest.mark.parametrize("value", ["40degC", [40.0, 50.0], None, np.nan])
+def test_a_condition_of_all_rows_is_one_number(points: pd.DataFrame, value: object) -> None:
+    without_temperature = points.drop(columns="inlet_temperature_c")
+    with pytest.raises(oilfilm.OilfilmError, match=r"inlet_temperature_c: .*expected.* number"):
+        oilfilm.fit_table(without_temperature, at={"inlet_temperature_c": value}, **QUICK)
+
+
 @pytest.mark.parametrize("mu_has_sign", [True, False])
 def test_a_reversed_force_is_told(points: pd.DataFrame, mu_has_sign: bool) -> None:
     backwards = points.assign(**{SLIP: -points[SLIP]})
@@ -407,6 +414,14 @@ def test_mu_that_is_often_negative_at_positive_slip_is_refused(points: pd.DataFr
     table.loc[::4, MU] *= -1
     with pytest.raises(oilfilm.OilfilmError, match="of 56 rows at positive slip 14 have a neg"):
         read_mu_table(table)
+
+
+def test_an_oil_whose_name_cannot_be_saved_is_told(points: pd.DataFrame, tmp_path: Path) -> None:
+    fit = oilfilm.fit_table(points, oil="SAE 10W-40", **QUICK)
+    for write in (lambda: fit.save(tmp_path / "june"), lambda: fit.export(tmp_path / "law.py")):
+        with pytest.raises(oilfilm.OilfilmError, match="found the name 'SAE 10W-40'"):
+            write()
+    assert not list(tmp_path.iterdir())
 
 
 def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_path: Path) -> None:

@@ -243,7 +243,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[IngestedL
     paths = {oil: folder / f"{oil}.parquet" for oil in CONFIG.oils}
     with open_sample_files(paths, ABOUT) as keep:
         ingested = ingest_logs(logs, CONFIG, keep_run=keep)
-    samples = tables.read_parts("samples", *paths.values())
+    samples = tables.read_blocks("samples", *paths.values())
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 
 

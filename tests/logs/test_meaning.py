@@ -11,7 +11,7 @@ import yaml
 import oilfilm
 from oilfilm.api.mu_columns import (
     ColumnsError,
-    ratio_over_mean,
+    converted_to_over_mean,
     stated_columns,
     stated_meaning_by_index,
 )
@@ -177,7 +177,9 @@ def test_speeds_of_both_bodies_answer_what_a_slip_is(definition: str, unit: str)
 def test_slip_over_the_faster_body_is_that_of_the_speeds() -> None:
     ball, disc = np.array([1.0, 2.0]), np.array([2.0, 1.0])
     over_faster = (disc - ball) / np.maximum(ball, disc)
-    np.testing.assert_allclose(ratio_over_mean(over_faster, "over_faster"), (disc - ball) / 1.5)
+    np.testing.assert_allclose(
+        converted_to_over_mean(over_faster, "over_faster"), (disc - ball) / 1.5
+    )
 
 
 @pytest.mark.parametrize("decoy", NAMES["nothing"])

@@ -13,7 +13,7 @@ import pytest
 
 from oilfilm.base.errors import OilfilmError
 from oilfilm.run.start import (
-    UNUSABLE_LETTERS,
+    UNUSABLE_CHARACTERS,
     check_image,
     check_machine,
     lock_run,
@@ -22,7 +22,7 @@ from oilfilm.run.start import (
 )
 
 # The shell that make asks loses a newline at the end.
-UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE_LETTERS - {"\x00"})]
+UNUSABLE_NAMES = [f"a{character}b" for character in sorted(UNUSABLE_CHARACTERS - {"\x00"})]
 
 
 def test_unusable_folder_name_is_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

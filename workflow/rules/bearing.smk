@@ -6,17 +6,19 @@ rule torque_runs:
     output:
         **written("torque_runs", "torque_quarantine"),
         logs="<parts>/torque_runs/logs.sha256",
-        made=made("torque-runs"),
+        made=step_listing("torque-runs"),
     log:
         "<logs>/torque-runs.log",
     localrule: True
     params:
-        code=lambda wildcards: code("torque_runs.py", tables=rules.torque_runs.output.keys()),
+        code=lambda wildcards: script_digest(
+            "torque_runs.py", tables=rules.torque_runs.output.keys()
+        ),
         files=lambda wildcards: digests_of_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
         acknowledged=ACKNOWLEDGED_CHANGES,
         first_seen=FIRST_SEEN_FOLDER,
         sheet=sheet_rows(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
-        config=part(
+        config=settings_part(
             "oils", "rigs", "torque_logs", "curation", campaign=("header", "oil_aliases", "torque")
         ),
     script:
@@ -31,13 +33,13 @@ rule torque:
     output:
         **written("torque", "torque_inversion", "torque_control", "heat_balance"),
         **written("bearing_answers", "variance_shares"),
-        made=made("torque"),
+        made=step_listing("torque"),
     log:
         "<logs>/torque.log",
     priority: 1
     params:
-        code=lambda wildcards: code("torque.py", tables=rules.torque.output.keys()),
-        config=part(
+        code=lambda wildcards: script_digest("torque.py", tables=rules.torque.output.keys()),
+        config=settings_part(
             *("rigs", "oils", "bearings", "bearing", "gates", "plan", "seed", "torque_logs"),
             campaign=("oils", "torque", "twin"),
         ),
@@ -51,14 +53,16 @@ rule bearing_maps:
         **finished("points", "surface_sizes", *FIT_TABLE_NAMES),
     output:
         **written("cage_slip", "size_effect"),
-        made=made("bearing-maps"),
+        made=step_listing("bearing-maps"),
     log:
         "<logs>/bearing-maps.log",
-    # the longest chain of a campaign begins here: last, a core would wait for it
+    # the longest chain of jobs begins here: started late, it alone would run at the end
     priority: 2
     params:
-        code=lambda wildcards: code("bearing_maps.py", tables=rules.bearing_maps.output.keys()),
-        config=part(
+        code=lambda wildcards: script_digest(
+            "bearing_maps.py", tables=rules.bearing_maps.output.keys()
+        ),
+        config=settings_part(
             *("rigs", "oils", "bearings", "bearing", "gates", "seed"),
             campaign=("torque",),
         ),
@@ -72,14 +76,14 @@ rule bearing_temperatures:
         **finished("points", "surface_sizes", *FIT_TABLE_NAMES),
     output:
         **written("cage_slip_by_temperature"),
-        made=made("bearing-temperatures"),
+        made=step_listing("bearing-temperatures"),
     log:
         "<logs>/bearing-temperatures.log",
     params:
-        code=lambda wildcards: code(
+        code=lambda wildcards: script_digest(
             "bearing_temperatures.py", tables=rules.bearing_temperatures.output.keys()
         ),
-        config=part(
+        config=settings_part(
             *("rigs", "oils", "bearings", "bearing", "gates", "seed"),
             campaign=("torque",),
         ),
@@ -93,13 +97,13 @@ rule test_plan:
         **finished("curve_residuals", "points", "surface_sizes", *FIT_TABLE_NAMES),
     output:
         **written("test_plan"),
-        made=made("test-plan"),
+        made=step_listing("test-plan"),
     log:
         "<logs>/test-plan.log",
     localrule: True
     params:
-        code=lambda wildcards: code("test_plan.py", tables=rules.test_plan.output.keys()),
-        config=part(
+        code=lambda wildcards: script_digest("test_plan.py", tables=rules.test_plan.output.keys()),
+        config=settings_part(
             *("rigs", "oils", "bearings", "bearing", "film", "gates", "plan", "seed"),
             campaign=("torque",),
         ),

@@ -1,5 +1,6 @@
-# Decides: which settings, files and code rerun a rule (`part`, `finished`, `code`); paths of
-# results; which folders of `data/raw` have the traction logs and the torque logs of a campaign.
+# Decides: which settings, files and code rerun a rule (`settings_part`, `finished`,
+# `script_digest`); paths of results; which folders of `data/raw` have the traction logs and the
+# torque logs of a campaign.
 
 import mimetypes
 import sys
@@ -48,15 +49,15 @@ if OBJECT_STORAGE is not None:
         stop("--default-storage-provider needs --default-storage-prefix, as s3://BUCKET/PLACE.")
 
 
-def prefixed(*parts):
+def prefixed(*path_parts):
     """A path with the prefix that another workflow gives this one; while the Snakefile is parsed."""
-    return Path(workflow.modifier.path_modifier.replace_prefix(Path(*parts).as_posix()))
+    return Path(workflow.modifier.path_modifier.replace_prefix(Path(*path_parts).as_posix()))
 
 
 try:
     check_machine([SNAKEMAKE_FOLDER, prefixed("results")])
-    typed = workflow.config_settings.overwrite_config
-    SETTINGS = resolve_snakemake_config(config, typed)
+    typed_values = workflow.config_settings.overwrite_config  # by --config
+    SETTINGS = resolve_snakemake_config(config, typed_values)
     if DeploymentMethod.APPTAINER in workflow.deployment_settings.deployment_method:
         check_image(SETTINGS.container)
 except OilfilmError as mistake:
@@ -64,10 +65,10 @@ except OilfilmError as mistake:
 
 CAMPAIGN = SETTINGS.campaign
 OILS = list(SETTINGS.oils)
-# The parts of the settings that a rule depends on.
-part = SETTINGS.plain_part
+# Function of keys: the settings that a rule depends on, as its params `config`.
+settings_part = SETTINGS.plain_part
 # Keys of the campaign with the origin of its data.
-ORIGIN = ("credit", "simulated_by", "twin")
+ORIGIN_KEYS = ("credit", "simulated_by", "twin")
 
 RAW_FOLDER = Path("data/raw", CAMPAIGN.name)
 TORQUE_RAW_FOLDER = Path("data/raw", f"{CAMPAIGN.name}-torque")
@@ -129,8 +130,8 @@ FIT_TABLE_NAMES = ("coefficients", "fit_quality", "refits", "surfaces")
 STEP_LISTINGS = []
 
 
-def made(name, **wildcards):
-    """File in which a step lists the sha256 of its outputs when it ends."""
+def step_listing(name, **wildcards):
+    """The output `made` of a rule: the file in which its step lists the sha256 of its outputs."""
     path = f"<results>/made/{name}.sha256"
     STEP_LISTINGS.extend(expand(path, **wildcards) if wildcards else [path])
     return path
@@ -158,15 +159,15 @@ studies.declare_tables(CAMPAIGN.studies)
 
 
 @cache
-def digest_of_code(script, modules, output_names):
+def cached_script_digest(script, modules, output_names):
     modules_digest = code_digest(HOME / "workflow/scripts" / script, *modules)
     return f"{modules_digest}-{contract_digest(output_names)}-{PACKAGES_DIGEST}"
 
 
-def code(script, *modules, tables=()):
+def script_digest(script, *modules, tables=()):
     """Digest of a script and the modules behind it, of declared tables, and of the packages.
 
     A law that the script takes by its name is not imported. So its module is among `modules`.
     `tables` are names of outputs; names that are no tables do not count.
     """
-    return digest_of_code(script, modules, tuple(tables))
+    return cached_script_digest(script, modules, tuple(tables))

@@ -13,12 +13,12 @@ rule enough:
         ],
     output:
         accepted_runs="<tables>/accepted_runs.txt",
-        made=made("enough"),
+        made=step_listing("enough"),
     log:
         "<logs>/enough.log",
     localrule: True
     params:
-        code=code("enough.py"),
-        config=part(campaign=("min_accepted_runs", "min_accepted_share", "torque")),
+        code=script_digest("enough.py"),
+        config=settings_part(campaign=("min_accepted_runs", "min_accepted_share", "torque")),
     script:
         "../scripts/enough.py"

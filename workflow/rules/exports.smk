@@ -5,16 +5,18 @@ rule exports:
         studies=references_of_studies("exported"),
     output:
         folder=directory("<results>/exports"),
-        made=made("exports"),
+        made=step_listing("exports"),
     log:
         "<logs>/exports.log",
     # no other rule needs it: it runs beside the report
     priority: -1
     localrule: True
     params:
-        code=code("exports.py", *STUDY_MODULES),
+        code=script_digest("exports.py", *STUDY_MODULES),
         # no digest of Python's modules covers these
         templates=sorted(map(file_digest, (PACKAGE / "exports/templates").glob("*.jinja"))),
-        config=part("fit", "exports", "studies", campaign=("credit", "description", "studies")),
+        config=settings_part(
+            "fit", "exports", "studies", campaign=("credit", "description", "studies")
+        ),
     script:
         "../scripts/exports.py"

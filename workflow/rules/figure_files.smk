@@ -2,7 +2,11 @@
 
 
 def files_of_figures(figures):
-    """Files of figures; Snakemake's report shows each PNG."""
+    """Files of figures, each as PNG and SVG, and the table `drawn` of exactly what it shows.
+
+    Snakemake's report shows each PNG, under the figure's number in the publication of its study
+    (`counterpart`), else under its title.
+    """
     return {
         "png": [
             in_report(
@@ -31,7 +35,7 @@ def settings_of_figures(figures):
     """Settings that figures depend on; each says where its data are from."""
     keys = {key for figure in figures for key in figure.settings}
     campaign_keys = {key for key in keys if key.startswith("campaign.")}
-    return part(
+    return settings_part(
         *(keys - campaign_keys),
-        campaign=(*ORIGIN, *(key.removeprefix("campaign.") for key in campaign_keys)),
+        campaign=(*ORIGIN_KEYS, *(key.removeprefix("campaign.") for key in campaign_keys)),
     )

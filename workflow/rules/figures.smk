@@ -13,16 +13,16 @@ for family, figures_of_family in figures_by_family(CAMPAIGN.figures).items():
             **inputs_of_figures(figures_of_family),
         output:
             **files_of_figures(figures_of_family),
-            made=made(f"{family}-figures"),
+            made=step_listing(f"{family}-figures"),
         log:
             f"<logs>/{family}-figures.log",
         localrule: True
         params:
-            code=code(
+            code=script_digest(
                 "figures.py", *(figure.source for figure in figures_of_family), tables=["drawn"]
             ),
-            # what schematics are drawn from, beside their module
-            marks=sorted(
+            # of files beside the module, from which its schematics are drawn
+            csv_digests=sorted(
                 {
                     file_digest(csv)
                     for figure in figures_of_family

@@ -1,7 +1,7 @@
 from oilfilm.traction import LAWS, PAPER_LAW
 
 FITTED_LAW_NAMES = list(dict.fromkeys((*SETTINGS.compare.laws, SETTINGS.fit.law)))
-# Which law is configured changes no fit.
+# No fit depends on which law is configured. With a fixed one here, another choice reruns no fit.
 SETTINGS_OF_ONE_FIT = SETTINGS.with_changes({"fit": {"law": PAPER_LAW.name}})
 # Laws that are in one file are fitted by one job: a change of the file is a change of all.
 LAW_NAMES_OF_FILE = {}
@@ -10,20 +10,20 @@ for law in FITTED_LAW_NAMES:
 
 
 rule fit:
-    "The constants of one file's laws for one oil, with errors, certificates and errors left out."
+    "Constants of one file's laws for one oil, with standard errors, certificates, cross-validation."
     input:
         points="<parts>/collect/{oil}/points.parquet",
     output:
         **{table: f"<parts>/fit/{{oil}}/{{law_file}}/{table}.parquet" for table in FIT_TABLES},
-        made=made("fit-{oil}-{law_file}", oil=OILS, law_file=LAW_NAMES_OF_FILE),
+        made=step_listing("fit-{oil}-{law_file}", oil=OILS, law_file=LAW_NAMES_OF_FILE),
     log:
         "<logs>/fit-{oil}/{law_file}.log",
     wildcard_constraints:
         law_file="|".join(LAW_NAMES_OF_FILE),
-    # what needs no fit is done while the last one runs
+    # before rules that need no fit: these are done while the last fit runs
     priority: 1
     params:
-        code=lambda wildcards: code(
+        code=lambda wildcards: script_digest(
             "fit.py",
             LAW_FILES[LAW_NAMES_OF_FILE[wildcards.law_file][0]],
             tables=rules.fit.output.keys(),
@@ -43,7 +43,7 @@ rule fit:
 
 
 rule surface:
-    "Measured mu of one oil without a law: what its runs differ by, and where the next one lies."
+    "Surface of one oil's measured mu: how its runs differ, and the interval of the next run."
     input:
         **{
             table: expand(
@@ -57,13 +57,13 @@ rule surface:
         runs="<parts>/collect/{oil}/runs.parquet",
     output:
         **{table: f"<parts>/surface/{{oil}}/{table}.parquet" for table in SURFACE_TABLES},
-        made=made("surface-{oil}", oil=OILS),
+        made=step_listing("surface-{oil}", oil=OILS),
     log:
         "<logs>/surface-{oil}.log",
     priority: 1
     params:
-        code=lambda wildcards: code("surface.py", tables=rules.surface.output.keys()),
-        config=part("compare", "fit", "rigs", "same_condition", "surface"),
+        code=lambda wildcards: script_digest("surface.py", tables=rules.surface.output.keys()),
+        config=settings_part("compare", "fit", "rigs", "same_condition", "surface"),
     script:
         "../scripts/surface.py"
 
@@ -86,13 +86,13 @@ rule fits:
         **finished("points", "runs"),
     output:
         **written(*FIT_TABLES, *SURFACE_TABLES, "law_verdicts", "lack_of_fit", "soundness"),
-        made=made("fits"),
+        made=step_listing("fits"),
     log:
         "<logs>/fits.log",
     localrule: True
     params:
-        code=lambda wildcards: code("fits.py", tables=rules.fits.output.keys()),
-        config=part(
+        code=lambda wildcards: script_digest("fits.py", tables=rules.fits.output.keys()),
+        config=settings_part(
             *("compare", "fit", "oils", "rigs", "same_condition", "same_set_point"),
             *("steadiness", "surface"),
             campaign=("matrix", "rigs"),

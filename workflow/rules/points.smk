@@ -14,11 +14,11 @@ rule points:
         runs="<parts>/points/{share}/runs.parquet",
         quarantine="<parts>/points/{share}/quarantine.parquet",
         logs="<parts>/points/{share}/logs.sha256",
-        made=made("points-{share}", share=SHARES),
+        made=step_listing("points-{share}", share=SHARES),
     log:
         "<logs>/points/{share}.log",
     params:
-        code=lambda wildcards: code("points.py", tables=rules.points.output.keys()),
+        code=lambda wildcards: script_digest("points.py", tables=rules.points.output.keys()),
         files=lambda wildcards: digests_of_logs(
             RAW_FOLDER, LOG_NAMES_OF_SHARE.get(int(wildcards.share), [])
         ),
@@ -27,7 +27,7 @@ rule points:
             LOG_NAMES_OF_SHARE.get(int(wildcards.share), []),
             remarks=int(wildcards.share) == SHARES[0],
         ),
-        config=part(
+        config=settings_part(
             *("rigs", "oils", "logged_twice", "same_set_point", "same_condition"),
             *("film", "curation", "gates"),
             campaign=(
@@ -39,8 +39,9 @@ rule points:
         "../scripts/points.py"
 
 
-# A checkpoint: which oils' points are other than before is known only when it is done. Snakemake then
-# compares `of_oil` with what each fit has read, and the fits of all other oils stay as they are.
+# A checkpoint, because only its result shows which oils have other points than before. Snakemake
+# then compares `points_by_oil` with what each fit has read. The fits of all other oils stay as they
+# are.
 # It runs where the folder is: it compares the logs with data/first_seen, and adds those that are new.
 checkpoint collect:
     "All runs and points of the campaign, judged by the gates that compare runs; what it covers."
@@ -53,14 +54,14 @@ checkpoint collect:
     output:
         **written("points", "runs", "quarantine", "coverage", "gate_counts"),
         spreadsheet="<tables>/quarantine.csv",
-        of_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
-        runs_of_oil=expand("<parts>/collect/{oil}/runs.parquet", oil=OILS),
-        made=made("collect"),
+        points_by_oil=expand("<parts>/collect/{oil}/points.parquet", oil=OILS),
+        runs_by_oil=expand("<parts>/collect/{oil}/runs.parquet", oil=OILS),
+        made=step_listing("collect"),
     log:
         "<logs>/collect.log",
     localrule: True
     params:
-        code=lambda wildcards: code("collect.py", tables=rules.collect.output.keys()),
+        code=lambda wildcards: script_digest("collect.py", tables=rules.collect.output.keys()),
         oils=OILS,
         measured=not SIMULATED,
         acknowledged=ACKNOWLEDGED_CHANGES,
@@ -71,7 +72,7 @@ checkpoint collect:
             for path, digest in digests_of_sheets().items()
             if Path(path).parent == RAW_FOLDER
         },
-        config=part(
+        config=settings_part(
             *("film", "gates", "oils", "rigs", "same_set_point"),
             campaign=("matrix", "repeated_conditions", "rigs"),
         ),
@@ -85,13 +86,13 @@ rule run_plan:
         **finished("points", "runs"),
     output:
         **written("run_plan"),
-        made=made("run-plan"),
+        made=step_listing("run-plan"),
     log:
         "<logs>/run-plan.log",
     localrule: True
     params:
-        code=lambda wildcards: code("run_plan.py", tables=rules.run_plan.output.keys()),
-        config=part(
+        code=lambda wildcards: script_digest("run_plan.py", tables=rules.run_plan.output.keys()),
+        config=settings_part(
             *("film", "gates", "oils", "plan", "rigs", "same_set_point", "seed"),
             campaign=("matrix",),
         ),

@@ -7,18 +7,18 @@ rule refused:
         samples=expand(SAMPLE_FILES, share=SHARES),
     output:
         refused_pages=directory("<results>/refused"),
-        made=made("refused"),
+        made=step_listing("refused"),
     log:
         "<logs>/refused.log",
     params:
-        code=lambda wildcards: code("refused.py", tables=rules.refused.output.keys()),
+        code=lambda wildcards: script_digest("refused.py", tables=rules.refused.output.keys()),
         files=lambda wildcards: digests_of_logs(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
         sheet=sheet_rows(TORQUE_RAW_FOLDER, TORQUE_LOG_NAMES),
         pages_max=SETTINGS.figures.refused_pages_max,
-        config=part(
+        config=settings_part(
             *("oils", "rigs", "curation", "torque_logs"),
             campaign=(
-                *ORIGIN,
+                *ORIGIN_KEYS,
                 *("header", "oil_aliases", "semantics", "semantics_of_rig", "torque"),
             ),
         ),

@@ -11,8 +11,8 @@ from oilfilm.logs.raw_files import find_run_sheet, logs_by_share, raw_log_names
 FOUND_LOGS_FILE = SNAKEMAKE_FOLDER / "oilfilm-logs.json"
 
 
-def logs_found():
-    """Names of all logs of the campaign, by folder; in a job those that its run found."""
+def log_names_by_folder():
+    """Names of all logs of the campaign, by folder; a job takes those that its run has found."""
     if not workflow.is_main_process and FOUND_LOGS_FILE.is_file():
         return json.loads(FOUND_LOGS_FILE.read_text(encoding="utf-8"))
     folders = [RAW_FOLDER] if CAMPAIGN.torque is None else [RAW_FOLDER, TORQUE_RAW_FOLDER]
@@ -50,7 +50,7 @@ def run_sheet(folder, log_names):
 
 
 try:
-    LOG_NAMES_BY_FOLDER = logs_found()
+    LOG_NAMES_BY_FOLDER = log_names_by_folder()
     LOG_NAMES = LOG_NAMES_BY_FOLDER[RAW_FOLDER.as_posix()]
     TORQUE_LOG_NAMES = LOG_NAMES_BY_FOLDER.get(TORQUE_RAW_FOLDER.as_posix(), [])
     RUN_SHEETS = {
@@ -78,7 +78,8 @@ def raw_logs(folder, log_names):
 def digests_of_logs(folder, log_names):
     """sha256 of measured logs by name; the listing of the rig twin has those of simulated ones.
 
-    As params they rerun what reads a log with other bytes; Snakemake itself goes by its date.
+    As params they make Snakemake rerun a job if the bytes of a log have changed. Snakemake itself
+    compares only the dates of files.
     """
     return (
         dict.fromkeys(log_names)
@@ -87,8 +88,8 @@ def digests_of_logs(folder, log_names):
     )
 
 
-def keep_logs_found():
-    """Write down names for jobs on a cluster, and states of measured logs for the next run."""
+def save_found_logs():
+    """Save the names of logs for jobs on a cluster, and digests of measured logs for the next run."""
     write_text(json.dumps(LOG_NAMES_BY_FOLDER), FOUND_LOGS_FILE)
     for folder, log_names in LOG_NAMES_BY_FOLDER.items():
         digests_of_logs(Path(folder), log_names)
@@ -96,7 +97,10 @@ def keep_logs_found():
 
 
 def sheet_rows(folder, log_names, remarks=True):
-    """The rows of the run sheet on some logs; remarks on it as a whole belong to one of the jobs."""
+    """The rows of the run sheet on some logs, as params.
+
+    Remarks concern the whole sheet, so that only one of the jobs gets them.
+    """
     sheet = RUN_SHEETS.get(folder)
     return sheet.to_params(log_names, with_remarks=remarks) if sheet else {}
 

@@ -20,8 +20,8 @@ rule release:
         "<logs>/release.log",
     localrule: True
     params:
-        code=code("release.py"),
-        # what ran is what was here when the run began
+        code=script_digest("release.py"),
+        # the code when the run began; the script refuses a release if it has changed since
         tree=code_tree_digest(HOME),
         releases=prefixed("results/releases", CAMPAIGN.name).as_posix(),
         sheets=digests_of_sheets(),

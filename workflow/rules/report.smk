@@ -9,7 +9,8 @@ PAGE_FILES = sorted(
 )
 
 
-# Every table but the samples, which are many files; none of a table that this campaign lacks.
+# File of every table but the samples, which are many files. A table that this campaign lacks has an
+# empty list.
 TABLE_FILES = {
     name: in_report(path, category="Tables") if path else []
     for name, path in finished(*WRITTEN_TABLE_NAMES, *OPTIONAL_TABLES).items()
@@ -28,13 +29,13 @@ rule report:
         page="<results>/report.html",
         summary="<results>/summary.txt",
         package="<tables>/datapackage.json",
-        made=made("report"),
+        made=step_listing("report"),
     log:
         "<logs>/report.log",
     localrule: True
     params:
         tables=[name for name, path in TABLE_FILES.items() if path],
-        code=code(
+        code=script_digest(
             "report.py",
             *LAW_FILES.values(),
             *TABLE_DECLARATIONS,

@@ -28,14 +28,16 @@ with run.job(snakemake) as job:
     runs, quarantine = compared.runs, compared.quarantine
     points_path = Path(outputs.points)
     plateau_count_by_run = runs.set_index("run_id")["plateaus"]
-    parts_in_order_of_runs = sorted_rows(
+    blocks_in_order_of_runs = sorted_rows(
         "points", list(map(Path, inputs.points)), plateau_count_by_run, points_path.parent
     )
     failed_gates = [tables.empty_table("points")[["run_id", "failed_gates"]]]
-    with tables.writing("points", points_path, job.provenance, tables.ROWS_PER_GROUP) as write_part:
-        for part in parts_in_order_of_runs:
-            points = compared.judge_points(part)
-            write_part(points)
+    with tables.writing(
+        "points", points_path, job.provenance, tables.ROWS_PER_GROUP
+    ) as write_block:
+        for block in blocks_in_order_of_runs:
+            points = compared.judge_points(block)
+            write_block(points)
             failed_gates.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
     counts_of_gates = gate_counts(runs, pd.concat(failed_gates), quarantine)
     covered_conditions = coverage(runs, job.settings)
@@ -48,14 +50,16 @@ with run.job(snakemake) as job:
         }
     )
     write_csv(quarantine, Path(outputs.spreadsheet))
-    paths_of_oil = zip(outputs.of_oil, outputs.runs_of_oil, strict=True)
-    for oil, (path, runs_path) in zip(params.oils, paths_of_oil, strict=True):
+    paths_by_oil = zip(outputs.points_by_oil, outputs.runs_by_oil, strict=True)
+    for oil, (points_path_of_oil, runs_path_of_oil) in zip(params.oils, paths_by_oil, strict=True):
         # the footer names only the logs of this oil: the log of another oil changes no byte
         runs_of_oil = runs[runs["oil"] == oil]
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": mapping_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
-        with tables.writing("points", Path(path), provenance, tables.ROWS_PER_GROUP) as write_part:
-            for part in tables.read_parts("points", points_path):
-                write_part(part[part["oil"] == oil])
-        tables.write(runs_of_oil, "runs", Path(runs_path), provenance)
+        with tables.writing(
+            "points", Path(points_path_of_oil), provenance, tables.ROWS_PER_GROUP
+        ) as write_block:
+            for block in tables.read_blocks("points", points_path):
+                write_block(block[block["oil"] == oil])
+        tables.write(runs_of_oil, "runs", Path(runs_path_of_oil), provenance)

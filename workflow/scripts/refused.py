@@ -21,9 +21,11 @@ with run.job(snakemake) as job:
     inputs = snakemake.input
     samples_of_run = reader_of_samples([Path(path) for path in inputs.samples])
     quarantine = job.input_tables.quarantine
-    parts_of_points = job.input_tables.parts("points", MARKED_POINT_COLUMNS)
+    blocks_of_points = job.input_tables.blocks("points", MARKED_POINT_COLUMNS)
     # pages show plateaus of refused runs alone
-    points = pd.concat(part[part["run_id"].isin(quarantine["run_id"])] for part in parts_of_points)
+    points = pd.concat(
+        block[block["run_id"].isin(quarantine["run_id"])] for block in blocks_of_points
+    )
     judged_traction_logs = JudgedLogs(
         TractionRig, job.input_tables.runs, points, quarantine, samples_of_run
     )

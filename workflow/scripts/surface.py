@@ -1,4 +1,4 @@
-"""Search the surface of one oil's measured mu."""
+"""Fit a smooth surface to the measured mu of one oil."""
 
 import oilfilm.run.job as run
 from oilfilm.fits.soundness import with_configured_fits_marked

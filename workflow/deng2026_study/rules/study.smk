@@ -21,13 +21,15 @@ rule paper:
         **written("printed_judged", "signs", "sign_verdicts", "claims", "claim_numbers"),
         **written("extrapolation", "extrapolation_errors"),
         truth_grid="<results>/twin/truth_grid.parquet" if SIMULATED else [],
-        made=made("paper"),
+        made=step_listing("paper"),
     log:
         "<logs>/paper.log",
     localrule: True
     params:
-        code=lambda wildcards: code(STUDY_SCRIPTS / "paper.py", tables=rules.paper.output.keys()),
-        config=part(
+        code=lambda wildcards: script_digest(
+            STUDY_SCRIPTS / "paper.py", tables=rules.paper.output.keys()
+        ),
+        config=settings_part(
             *("film", "gates", "oils", "rigs", "same_set_point", "studies"),
             campaign=("matrix", "oils", "twin"),
         ),
@@ -45,15 +47,15 @@ if CAMPAIGN.torque is not None:
             printed=reference_file("printed_coefficients"),
         output:
             **written("slip_advice", "true_cage_slip", "advice_band", "published_tests"),
-            made=made("slip-advice"),
+            made=step_listing("slip-advice"),
         log:
             "<logs>/slip-advice.log",
         priority: 1
         params:
-            code=lambda wildcards: code(
+            code=lambda wildcards: script_digest(
                 STUDY_SCRIPTS / "slip_advice.py", tables=rules.slip_advice.output.keys()
             ),
-            config=part(
+            config=settings_part(
                 *("rigs", "oils", "bearings", "bearing", "gates", "studies"),
                 campaign=("oils", "torque", "twin"),
             ),

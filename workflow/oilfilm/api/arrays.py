@@ -367,10 +367,10 @@ class ArrayFit:
         color = line.get_color()
         lower, upper = predicted.obs_ci_lower, predicted.obs_ci_upper
         axes.fill_between(slip, lower, upper, color=color, alpha=0.2, linewidth=0)
-        is_same_condition = np.isclose(
+        is_same_level = np.isclose(
             operating_points.to_numpy(), conditions, rtol=_SAME_CONDITION_TOLERANCE
         )
-        runs_of_curve = operating_points.index[is_same_condition.all(axis=1)]
+        runs_of_curve = operating_points.index[is_same_level.all(axis=1)]
         measured_points = self.points[self.points["run_id"].isin(runs_of_curve)]
         axes.plot(measured_points[SLIP], measured_points[_MU], "o", markersize=3, color=color)
 
@@ -525,7 +525,7 @@ def fit_points(
     fit_tables = fit_oil(fitted_points, _OIL_IN_TABLES, fit_settings, config.seed)
     fit_tables = fit_tables.replace(points=campaign_points)
     if _LOAD not in condition_names:
-        # where the load is not known, that of the calibration is none
+        # `_with_systematic_errors` takes an unknown load as 1 N, which is no tested load
         quality = fit_tables.fit_quality.assign(tested_min_load_n=np.nan, tested_max_load_n=np.nan)
         fit_tables = fit_tables.replace(fit_quality=quality)
     fit_tables = with_surface(fit_tables, _OIL_IN_TABLES, config)

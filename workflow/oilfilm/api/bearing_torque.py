@@ -95,7 +95,7 @@ class BearingTorque:
         return points[key_columns].join(torque_by_part).reset_index(drop=True)
 
     def shares(self) -> pd.DataFrame:
-        """Share of the variance of torque and cage slip by each cause, and the range drawn."""
+        """Share of the variance of torque and cage slip by each cause, and its range of draws."""
         return self._rows_of_oil(self.answers.shares).drop(columns="point").reset_index(drop=True)
 
     def summary(self) -> str:
@@ -314,6 +314,7 @@ def bearing_torque(
     points = operating_point_table(
         geometry, axial_load_n, inner_speed_rpm, inlet_temperature_c
     ).drop_duplicates()
+    # `stress`: the law whose load variable is the maximum Hertz pressure
     about = f"law {oils_in_bearing[0].laws['stress'].fitted.law.name} {source.origin}"
     stand_in_names = [
         oil_in_bearing.name

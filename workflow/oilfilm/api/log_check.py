@@ -57,7 +57,7 @@ _FRAME_COLUMNS = [
 ]
 # Source of a label or set point that the header does not give.
 _FROM_CAMPAIGN, _FROM_HERTZ = "campaign", "by Hertz"
-# Letters in a line of the text.
+# Characters in a line of the text.
 TEXT_WIDTH = 100
 # More runs of one log, and more logs at once, are shown in less detail.
 _MAX_LISTED_RUNS = 10
@@ -252,10 +252,13 @@ def _campaign_name_of(paths: Iterable[Path], raw_folder: Path, settings_folder: 
     for path in paths:
         # not `resolve`, which fails on a link to itself
         real_path = Path(os.path.realpath(path))
-        if real_path.is_relative_to(raw_folder):
-            campaign_name = real_path.relative_to(raw_folder).parts[0].removesuffix("-torque")
-            if campaign_name in known_names:
-                campaign_names_of_logs.add(campaign_name)
+        if raw_folder in real_path.parents:
+            folder_name = real_path.relative_to(raw_folder).parts[0]
+            # a campaign may itself have a name that ends in -torque
+            for campaign_name in (folder_name, folder_name.removesuffix("-torque")):
+                if campaign_name in known_names:
+                    campaign_names_of_logs.add(campaign_name)
+                    break
     if len(campaign_names_of_logs) > 1:
         campaigns_in_words = " and ".join(sorted(campaign_names_of_logs))
         raise OilfilmError(
@@ -690,7 +693,7 @@ def _counts_in_words(names: Iterable[str]) -> str:
 
 
 def _wrapped_lines(text: str, indent: str) -> list[str]:
-    """A text in lines of at most `TEXT_WIDTH` letters, further ones indented more."""
+    """A text in lines of at most `TEXT_WIDTH` characters, further ones indented more."""
     return textwrap.wrap(
         text,
         TEXT_WIDTH,

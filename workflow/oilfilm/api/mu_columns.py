@@ -1,7 +1,7 @@
 """Assign table columns to quantities, and say what is ambiguous.
 
-A meaning comes from the name of a column, from the user, or from the numbers of other columns.
-A meaning that none of them gives is asked, with the line that answers it.
+A meaning comes from the name of a column, from the user, or from the numbers of other columns. If
+none of them gives it, the message asks for it and has the option `--columns` to be pasted.
 
 Decides: which of several columns is taken, which numbers decide a definition or a unit, and when
 two columns contradict each other.
@@ -39,7 +39,8 @@ _CLEARLY_FARTHER_FACTOR = 3.0
 # Two columns contradict each other if their relative difference is more than this. Digits and the
 # moduli of one material make 2 %.
 _CONTRADICTS_BEYOND = 0.05
-# Error of a ratio from speeds of three digits, as `logged_twice` of logs has it.
+# Largest error of a slide-roll ratio from two speeds of three digits; `logged_twice` of
+# config/config.yaml allows the same for logs.
 _ERROR_OF_DIGITS = 0.005
 # Maximum over mean pressure of a circular contact (Hertz 1881).
 _MAXIMUM_OVER_MEAN = 1.5
@@ -47,8 +48,8 @@ _MAXIMUM_OVER_MEAN = 1.5
 _MAX_PRESSURE_GPA = 5.0
 # Numbers below this may be pressures in GPa that are in the column of a speed in m/s.
 _MAX_SWAPPED_SPEED_M_S = 5.0
-# Units to which those of columns are converted to compare them. Units of time are none: `(min)` and
-# `(h)` are words of names, too.
+# Units to which those of columns are converted to compare them. Units of time are left out, because
+# `(min)` and `(h)` in a name may mean something else, such as a minimum.
 _UNITS_OF_TABLES = (
     *dict.fromkeys(unit for unit in UNIT_BY_QUANTITY.values() if unit != "s"),
     "rpm",
@@ -98,7 +99,7 @@ class TableNumbers:
 
 
 class ColumnsError(ValueError):
-    """A meaning that is not known: the sentence, and the line that answers it."""
+    """A column cannot be used: what is wrong as a sentence, and what to do about it."""
 
     def __init__(self, sentence: str, advice: str) -> None:
         super().__init__(f"{sentence} {advice}")
@@ -341,7 +342,9 @@ def chosen_columns(
             raise ColumnsError(
                 f"the columns {' and '.join(map(repr, names))} could both be the "
                 f"{quantity.replace('_', ' ')}.",
-                _RENAME_ADVICE if len(set(names)) < len(names) else _line_to_paste(best_columns[0]),
+                _RENAME_ADVICE
+                if len(set(names)) < len(names)
+                else _option_to_paste(best_columns[0]),
             )
         column_by_quantity[quantity] = best_columns[0]
         names_not_taken = [
@@ -400,8 +403,8 @@ def _rank_of_column(column: TableColumn) -> int:
     return 0 if column.by_user else rank_of(column.meaning)
 
 
-def _line_to_paste(column: TableColumn) -> str:
-    """The line that states what a column is."""
+def _option_to_paste(column: TableColumn) -> str:
+    """The option `--columns` that states what a column is, to be pasted into the command."""
     meaning = column.meaning
     usual_unit = (
         "m/s" if meaning.definition == "sliding_speed" else UNIT_BY_QUANTITY[meaning.quantity]
@@ -415,12 +418,12 @@ def _line_to_paste(column: TableColumn) -> str:
         other_definitions = " or ".join(definitions[1:])
         return (
             f"State which: {line}; {other_definitions} in place of {definitions[0]}; "
-            f"{_line_for_no_quantity(column)}."
+            f"{_option_for_no_quantity(column)}."
         )
-    return f"State it: {line}; {_line_for_no_quantity(column)}."
+    return f"State it: {line}; {_option_for_no_quantity(column)}."
 
 
-def _line_for_no_quantity(column: TableColumn) -> str:
+def _option_for_no_quantity(column: TableColumn) -> str:
     """How to say that a column is none of the quantities."""
     name_with_unit = _name_with_unit(column.name, column.meaning.unit)
     return f'--columns "{NOTHING}={name_with_unit}" if it is something else'
@@ -513,7 +516,7 @@ def numbers_in_unit(column: TableColumn) -> FloatArray:
     if not unit:
         quantity = meaning.quantity.replace("_", " ")
         raise ColumnsError(
-            f"the column {column.name!r}, the {quantity}, has no unit.", _line_to_paste(column)
+            f"the column {column.name!r}, the {quantity}, has no unit.", _option_to_paste(column)
         )
     to_unit = possible_conversion(unit, (target_unit,))
     if to_unit is None:
@@ -529,7 +532,7 @@ def _question_error(column: TableColumn) -> ColumnsError:
     quantity = column.meaning.quantity.replace("_", " ")
     return ColumnsError(
         f"the column {column.name!r} would be the {quantity}, but {column.meaning.question}.",
-        _line_to_paste(column),
+        _option_to_paste(column),
     )
 
 
@@ -602,15 +605,15 @@ def _slide_roll_ratio(
                 "speed of rolling as well.",
                 "Add it, or give it for all rows, as --speed 2m/s.",
             )
-        ratio = ratio_to_mean_speed(numbers_in_unit(column), mean_speed)
+        ratio = slide_roll_ratio_of_speeds(numbers_in_unit(column), mean_speed)
         if ratio_of_speeds is not None and _contradicts_speeds(ratio, ratio_of_speeds):
             raise _contradiction_error(column)
         return ratio, ", a sliding speed: divided by the mean speed"
     if ratio_of_speeds is not None:
-        confirmed_ratio = _definition_by_speeds(column, ratio_of_speeds)
-        if confirmed_ratio is not None:
-            return confirmed_ratio
-        _refuse_other_ratio(column, ratio_of_speeds)
+        ratio_and_how_known = _ratio_confirmed_by_speeds(column, ratio_of_speeds)
+        if ratio_and_how_known is not None:
+            return ratio_and_how_known
+        _refuse_ratio_against_speeds(column, ratio_of_speeds)
     if meaning.question:
         raise _question_error(column)
     # a ratio that was divided by zero is infinite, and tells no unit
@@ -629,13 +632,15 @@ def _slide_roll_ratio(
             line = f'--columns "slide_roll_ratio={column.name} [%], {meaning.definition}"'
             sentence = _question_error(column_in_doubt).sentence
             raise ColumnsError(sentence, f"State it: {line}, or [1] for a ratio.")
-    ratio = ratio_over_mean(numbers_in_unit(replace(column, meaning=meaning)), meaning.definition)
+    ratio = converted_to_over_mean(
+        numbers_in_unit(replace(column, meaning=meaning)), meaning.definition
+    )
     if meaning.definition != "over_mean":
         how_known += f", {DEFINITION_IN_WORDS[meaning.definition]}: converted to that over the mean"
     return ratio, how_known
 
 
-def ratio_over_mean(ratio: FloatArray, definition: str) -> FloatArray:
+def converted_to_over_mean(ratio: FloatArray, definition: str) -> FloatArray:
     """The slide-roll ratio over the mean speed, from a ratio by any definition.
 
     With sliding speed v and speeds u1, u2: over the sum s = v/(u1 + u2), S = 2 s; over the faster
@@ -660,11 +665,11 @@ def _ratio_of_speeds(numbers_by_quantity: Mapping[str, FloatArray]) -> FloatArra
         return None
     ball_m_s = numbers_by_quantity["ball_speed"]
     disc_m_s = numbers_by_quantity["disc_speed"]
-    return ratio_to_mean_speed(disc_m_s - ball_m_s, (ball_m_s + disc_m_s) / 2)
+    return slide_roll_ratio_of_speeds(disc_m_s - ball_m_s, (ball_m_s + disc_m_s) / 2)
 
 
-def ratio_to_mean_speed(sliding_m_s: FloatArray, mean_m_s: FloatArray | float) -> FloatArray:
-    """A sliding speed over a mean speed; NaN where the mean is 0, as at standstill."""
+def slide_roll_ratio_of_speeds(sliding_m_s: FloatArray, mean_m_s: FloatArray | float) -> FloatArray:
+    """S: sliding speed over mean speed; NaN where the mean is 0, as at standstill."""
     known_mean_m_s = np.where(np.equal(mean_m_s, 0), np.nan, mean_m_s)
     return np.asarray(sliding_m_s / known_mean_m_s)
 
@@ -678,7 +683,7 @@ class _RatioCandidate(NamedTuple):
     ratio: FloatArray
 
 
-def _definition_by_speeds(
+def _ratio_confirmed_by_speeds(
     column: TableColumn, ratio_of_speeds: FloatArray
 ) -> tuple[FloatArray, str] | None:
     """The ratio in the unit and definition that the speeds confirm, and how it is known.
@@ -695,7 +700,7 @@ def _definition_by_speeds(
         for unit in units:
             to_unit = possible_conversion(unit, ("1",))
             if to_unit is not None:
-                ratio = ratio_over_mean(to_unit.convert(column.numbers), definition)
+                ratio = converted_to_over_mean(to_unit.convert(column.numbers), definition)
                 misfit = _misfit(ratio, ratio_of_speeds)
                 candidates.append(_RatioCandidate(misfit, definition, unit, ratio))
     if not candidates:
@@ -711,10 +716,11 @@ def _definition_by_speeds(
 
 
 def _misfit(ratio: FloatArray, ratio_of_speeds: FloatArray) -> float:
-    """How far a ratio is from that of the speeds, as the factor between them less 1.
+    """How far a ratio is from that of the speeds: |f - 1| with the factor f between them.
 
-    The factor is that of least squares, with the error in the speeds: their digits, which at a low
-    slip are as large as the slip, hardly move it. The sign of the slip is a matter of convention.
+    f minimises the sum of (|ratio_of_speeds| - f |ratio|)^2. At a low slip the last digits of the
+    speeds are as large as the slip; such rows hardly move f. Signs are ignored, because the sign of
+    the slip is a matter of convention.
     """
     is_known = np.isfinite(ratio) & np.isfinite(ratio_of_speeds)
     sum_of_squares = float(np.sum(ratio[is_known] ** 2))
@@ -724,7 +730,7 @@ def _misfit(ratio: FloatArray, ratio_of_speeds: FloatArray) -> float:
     return abs(factor - 1)
 
 
-def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> None:
+def _refuse_ratio_against_speeds(column: TableColumn, ratio_of_speeds: FloatArray) -> None:
     """Refuse a stated ratio that the speeds contradict in every unit that it may have.
 
     Raises:
@@ -738,7 +744,7 @@ def _refuse_other_ratio(column: TableColumn, ratio_of_speeds: FloatArray) -> Non
         to_unit = possible_conversion(unit, ("1",))
         if to_unit is None:
             return
-        ratio = ratio_over_mean(to_unit.convert(column.numbers), meaning.definition)
+        ratio = converted_to_over_mean(to_unit.convert(column.numbers), meaning.definition)
         # in a unit in which all numbers are impossible, the column is no ratio
         is_possible = np.isfinite(ratio[is_known]).any()
         if is_possible and not _contradicts_speeds(ratio, ratio_of_speeds):

@@ -4,6 +4,7 @@ Decides: what is saved of a fit that was made without the workflow.
 """
 
 import os
+import re
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ from oilfilm import tables
 from oilfilm.api.arrays import ArrayFit
 from oilfilm.base.atomic_write import atomic_folder, write_bytes, write_text
 from oilfilm.base.digests import file_digest
-from oilfilm.base.errors import OilfilmError
+from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.home import CONFIG
 from oilfilm.exports.campaign import export_campaign, export_oil
 from oilfilm.exports.description import describe, make_identifiers
@@ -28,6 +29,7 @@ from oilfilm.report.sections.build import (
     laws_section,
 )
 from oilfilm.report.text import text_report
+from oilfilm.settings.quantities import NAME_PATTERN
 from oilfilm.settings.resolve import resolve, safe_name
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
@@ -109,7 +111,17 @@ def export_fit(fit: ArrayFit, path: Path) -> None:
 def as_campaign(
     fit: ArrayFit, campaign_name: str
 ) -> tuple[CampaignTables, Settings, dict[str, Any]]:
-    """The fit as a finished campaign: its tables, settings and provenance."""
+    """The fit as a finished campaign: its tables, settings and provenance.
+
+    Raises:
+        OilfilmError: The name of its oil cannot be that of an oil of a campaign.
+    """
+    if not re.fullmatch(NAME_PATTERN, fit.oil):
+        raise OilfilmError(
+            f"oil: found the name {cut(repr(fit.oil))}; to save or export a fit, expected ASCII "
+            "letters, digits, '_', '.' and '-', as SAE-10W-40. Rename the oil in the table; where "
+            "the table names none, in the call."
+        )
     # a fit of arrays does not know its oil: its tables have another name
     table_by_name = {
         table_name: fit.tables.table(table_name).assign(oil=fit.oil)

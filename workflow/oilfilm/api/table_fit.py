@@ -32,13 +32,14 @@ from oilfilm.api.mu_columns import (
     contradict,
     numbers_in_unit,
     numbers_of_table,
-    ratio_to_mean_speed,
+    slide_roll_ratio_of_speeds,
     stated_columns,
     stated_meaning_by_index,
 )
 from oilfilm.base.errors import OilfilmError, cut
 from oilfilm.base.plain_key import plain_key
 from oilfilm.base.units import PA_PER_GPA, BoolArray, FloatArray
+from oilfilm.fits.fitted import in_column_unit
 from oilfilm.logs import delimited_text, opendocument, workbook
 from oilfilm.logs.base import UnreadableLogError
 from oilfilm.logs.header import says_simulated
@@ -84,17 +85,17 @@ _COLUMN_BY_QUANTITY = {
     "slide_roll_ratio": SLIP,
     "traction_coefficient": MU,
 }
-# Share of the points at negative slip, or at positive slip, that may have the other sign of mu: a
-# slip of the pen.
-_MAX_ODD_SIGN_SHARE = 0.2
-# Noise may give mu the other sign where it is at most this share of the median mu of the table.
+# Share of the points at negative slip, or at positive slip, that may have the wrong sign of mu, as
+# after a typing error.
+_MAX_WRONG_SIGN_SHARE = 0.2
+# Noise may give mu the wrong sign where it is at most this share of the median mu of the table.
 _NOISE_SHARE = 0.1
 # Column of the points of a campaign: whether the gates accept the point.
 _ACCEPTED = "accepted"
-# Letters that separate or quote the cells of a text, and the letters of private use that stand for
-# them in the text of a data frame.
-_PRIVATE_LETTERS = {ord(letter): 0xE000 + ord(letter) for letter in '\t\n\r"'}
-_LETTERS_OF_CELLS = {private: letter for letter, private in _PRIVATE_LETTERS.items()}
+# Characters that separate or quote the cells of a text, and the characters of Unicode's private use
+# that stand for them in the text of a data frame; and the way back. Both are for `str.translate`.
+_PRIVATE_CHARACTERS = {ord(separator): 0xE000 + ord(separator) for separator in '\t\n\r"'}
+_SEPARATORS = {private: separator for separator, private in _PRIVATE_CHARACTERS.items()}
 # First bytes of a file.
 _PARQUET_SIGNATURE = b"PAR1"
 # Names of the laws that are fitted to a table of load or of pressure if none is named.
@@ -122,7 +123,7 @@ def fit_table(
     materials: str = "steel,steel",
     law: str | None = None,
     oil: str | None = None,
-    at: Mapping[str, float] | None = None,
+    at: Mapping[str, Any] | None = None,
     columns: str | Mapping[str, str] = "",
     simulated: bool = False,
     **settings: Unpack[FitKeys],
@@ -142,7 +143,8 @@ def fit_table(
         law: Name of the law. If not given, a law of pressure, or of load where the pressure is not
             known.
         oil: The oil to fit where the table has several oils; else the name of the oil.
-        at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`).
+        at: Conditions that hold for all rows, by their columns' names (`inlet_temperature_c`):
+            numbers in the unit of the column, or quantities of pint.
         columns: What columns mean where their names leave it open, as
             `{"slide_roll_ratio": "Schlupf [%], over_sum"}` or the text of `--columns`.
         simulated: Whether a program wrote the points. What is saved of the fit then says so. A
@@ -163,8 +165,8 @@ def fit_table(
         >>> levels = [1.0, 1.25, 1.5], [25, 32, 40], [50, 80, 120], [0.01, 0.03, 0.1, 0.3]
         >>> names = ["p [GPa]", "U [m/s]", "T [degC]", "SRR"]
         >>> table = pd.MultiIndex.from_product(levels, names=names).to_frame(index=False)
-        >>> at = table.to_numpy().T
-        >>> table["mu"] = oilfilm.predict("deng2026", constants, *at).traction_coefficient
+        >>> columns = table.to_numpy().T
+        >>> table["mu"] = oilfilm.predict("deng2026", constants, *columns).traction_coefficient
         >>> fitted = oilfilm.fit_table(table, searches=2, bootstrap=20)
         >>> fitted.constants["value"].round(3)[["A0", "A1"]].to_dict()
         {'A0': -0.016, 'A1': 1.665}
@@ -173,7 +175,7 @@ def fit_table(
     """
     if law is not None:
         refuse_unknown_law(law, LAWS)
-    conditions_of_all_rows = dict(at or {})
+    conditions_of_all_rows = _conditions_of_all_rows(at or {})
     pressure_of_load = None
     if ball_radius_m is not None:
         pressure_of_load = partial(
@@ -183,7 +185,7 @@ def fit_table(
         stated_columns(columns), pressure_of_load, conditions_of_all_rows.get(SPEED)
     )
     mu_table = read_mu_table(table, stated_by_user)
-    _refuse_contradiction(conditions_of_all_rows, mu_table)
+    _refuse_conditions_given_twice(conditions_of_all_rows, mu_table)
     points = mu_table.points.assign(**conditions_of_all_rows)
     points, oil = _points_of_oil(points, oil, mu_table.name)
     if LOAD in points and pressure_of_load is not None:
@@ -218,16 +220,33 @@ def fit_table(
     )
 
 
-def _refuse_contradiction(conditions_of_all_rows: Mapping[str, float], mu_table: "MuTable") -> None:
-    """Refuse a condition of all rows that is none, or that the table has already.
+def _conditions_of_all_rows(at: Mapping[str, Any]) -> dict[str, float]:
+    """The conditions that the caller gives for all rows, by their columns' names.
+
+    Raises:
+        OilfilmError: A key is no condition, or a value is not one possible number.
+    """
+    value_by_column: dict[str, float] = {}
+    for column, value in at.items():
+        if column not in _OPTION_BY_COLUMN:
+            names = ", ".join(_OPTION_BY_COLUMN)
+            raise OilfilmError(f"at: found the key {column!r}; expected some of {names}.")
+        numbers = in_column_unit(value, column)
+        if numbers.size != 1 or not np.isfinite(numbers).all():
+            raise OilfilmError(f"at: {column}: found {cut(repr(value))}; expected one number.")
+        value_by_column[column] = float(numbers.item())
+    return value_by_column
+
+
+def _refuse_conditions_given_twice(
+    conditions_of_all_rows: Mapping[str, float], mu_table: "MuTable"
+) -> None:
+    """Refuse a condition of all rows that the table has already.
 
     Raises:
         OilfilmError: There is such a condition.
     """
     for column in conditions_of_all_rows:
-        if column not in _OPTION_BY_COLUMN:
-            names = ", ".join(_OPTION_BY_COLUMN)
-            raise OilfilmError(f"at: found the key {column!r}; expected some of {names}.")
         if column in mu_table.points:
             raise mu_table.error(
                 f"it has the {_QUANTITY_IN_WORDS[column]}, and another one is given for all rows.",
@@ -496,7 +515,7 @@ def _table_of_sheet(sheet: SheetText, mu_table: MuTable, stated_by_user: StatedB
         notes += [note for note in mu_table.notes if note not in notes]
     mu_table.points = pd.concat(frames, ignore_index=True)
     mu_table.notes = notes
-    return _without_gaps(mu_table)
+    return _with_usable_rows(mu_table)
 
 
 def _add_labels(mu_table: MuTable, logged_table: LoggedTable, read_names: Iterable[str]) -> None:
@@ -516,7 +535,7 @@ def _add_labels(mu_table: MuTable, logged_table: LoggedTable, read_names: Iterab
         if column_index is None:
             continue
         texts = logged_table.read_texts(column_index)
-        labels = [text.translate(_LETTERS_OF_CELLS) for text in texts]
+        labels = [text.translate(_SEPARATORS) for text in texts]
         if any(labels):
             mu_table.points[label_column] = labels
     if _ACCEPTED in logged_table.names:
@@ -580,10 +599,10 @@ def _text_of_frame(table: Any) -> bytes:
 
 
 def _without_separators(cell: Any) -> Any:
-    """A cell in which no letter separates or quotes cells, or cannot be written as UTF-8."""
+    """A cell in which no character separates or quotes cells, or cannot be written as UTF-8."""
     if not isinstance(cell, str):
         return cell
-    return cell.translate(_PRIVATE_LETTERS).encode(errors="backslashreplace").decode()
+    return cell.translate(_PRIVATE_CHARACTERS).encode(errors="backslashreplace").decode()
 
 
 def _is_simulated_by_footer(table: Any) -> bool:
@@ -655,7 +674,7 @@ def _add_points(
         if SPEED not in points:
             points[SPEED] = (ball_m_s + disc_m_s) / 2
         if SLIP not in points:
-            points[SLIP] = ratio_to_mean_speed(
+            points[SLIP] = slide_roll_ratio_of_speeds(
                 (disc_m_s - ball_m_s).to_numpy(), points[SPEED].to_numpy()
             )
     return dict(table_numbers.name_by_quantity)
@@ -742,7 +761,7 @@ def _refuse_without_mu_or_slip(
         )
 
 
-def _without_gaps(mu_table: MuTable) -> MuTable:
+def _with_usable_rows(mu_table: MuTable) -> MuTable:
     """The table with its complete rows and positive slip; a note counts the other rows.
 
     A row is complete without load where it has the pressure, and without pressure where it has the
@@ -804,53 +823,62 @@ def _refuse_unlabelled(points: pd.DataFrame, mu_table: MuTable) -> None:
 
 
 def _at_positive_slip(points: pd.DataFrame, mu_table: MuTable) -> pd.DataFrame:
-    """The points at positive slip: the law is odd. Notes count points whose mu has the other sign.
+    """The points with |S| and the mu that belongs to it: a law has mu(-S) = -mu(S).
 
     A table has mu with the sign of the slip, or without it. Most of its points at negative slip
-    tell which. A point whose mu has the other sign
+    tell which. A point whose mu has the wrong sign
 
     - stays where mu is so small that noise explains it: without such points the mean is too large;
-    - is left out otherwise, as a slip of the pen.
+    - is left out otherwise, as a typing error.
+
+    Notes count such points.
 
     Raises:
-        OilfilmError: More than a few points at positive slip, or at negative slip, have the other
+        OilfilmError: More than a few points at positive slip, or at negative slip, have the wrong
             sign.
     """
-    is_backwards = points[SLIP] < 0
-    is_negative = points[MU] < 0
+    is_negative_slip = points[SLIP] < 0
+    is_negative_mu = points[MU] < 0
     is_beyond_noise = points[MU].abs() > _NOISE_SHARE * points[MU].abs().median()
-    is_clearly_backwards = is_backwards & is_beyond_noise
-    mu_has_sign = bool((is_clearly_backwards & is_negative).sum() > is_clearly_backwards.sum() / 2)
-    expects_negative = is_backwards & mu_has_sign
-    has_odd_sign = (points[SLIP] != 0) & (points[MU] != 0) & (is_negative != expects_negative)
-    is_odd = has_odd_sign & is_beyond_noise
-    for direction, is_in_direction in (("positive", points[SLIP] > 0), ("negative", is_backwards)):
+    is_clearly_at_negative_slip = is_negative_slip & is_beyond_noise
+    mu_has_sign = bool(
+        (is_clearly_at_negative_slip & is_negative_mu).sum() > is_clearly_at_negative_slip.sum() / 2
+    )
+    expects_negative_mu = is_negative_slip & mu_has_sign
+    has_wrong_sign = (
+        (points[SLIP] != 0) & (points[MU] != 0) & (is_negative_mu != expects_negative_mu)
+    )
+    is_sign_error = has_wrong_sign & is_beyond_noise
+    for direction, is_in_direction in (
+        ("positive", points[SLIP] > 0),
+        ("negative", is_negative_slip),
+    ):
         row_count = int(is_in_direction.sum())
-        if (is_odd & is_in_direction).sum() > _MAX_ODD_SIGN_SHARE * row_count:
+        if (is_sign_error & is_in_direction).sum() > _MAX_WRONG_SIGN_SHARE * row_count:
             raise mu_table.error(
                 f"of {row_count} rows at {direction} slip "
-                f"{int((is_in_direction & is_negative).sum())} have a negative mu.",
+                f"{int((is_in_direction & is_negative_mu).sum())} have a negative mu.",
                 "Give mu the sign of the slip in all rows, or in none; or reverse the sign of the "
                 "force.",
             )
-    noisy_count = int((has_odd_sign & ~is_beyond_noise).sum())
+    noisy_count = int((has_wrong_sign & ~is_beyond_noise).sum())
     if noisy_count:
         mu_table.note_on_rows(
             f"{noisy_count} of {len(points)} rows are used although mu has the other sign there: "
             f"it is at most {_NOISE_SHARE:.0%} of the median, as noise may be"
         )
-    turned_points = points.assign(**{SLIP: points[SLIP].abs()})
+    mirrored_points = points.assign(**{SLIP: points[SLIP].abs()})
     if mu_has_sign:
-        turned_points.loc[is_backwards, MU] *= -1
+        mirrored_points.loc[is_negative_slip, MU] *= -1
     reason = ""
-    if is_odd.any():
-        odd_point = points.loc[is_odd].iloc[0]
+    if is_sign_error.any():
+        first_error = points.loc[is_sign_error].iloc[0]
         convention = "has the sign of the slip" if mu_has_sign else "has no sign"
         reason = (
-            f"mu {convention} in the other rows, and here it is {odd_point[MU]:g} at S = "
-            f"{odd_point[SLIP]:g}"
+            f"mu {convention} in the other rows, and here it is {first_error[MU]:g} at S = "
+            f"{first_error[SLIP]:g}"
         )
-    return mu_table.without_rows(turned_points, is_odd.to_numpy(), reason)
+    return mu_table.without_rows(mirrored_points, is_sign_error.to_numpy(), reason)
 
 
 class _BallOnDisc(Group):

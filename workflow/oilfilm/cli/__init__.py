@@ -26,7 +26,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         interrupted.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
-        # a letter that the terminal cannot show is printed as its code
+        # a character that the terminal cannot show is printed as its code
         sys.stdout.reconfigure(errors="backslashreplace")
     try:
         return _run(sys.argv[1:] if arguments is None else arguments)

@@ -21,7 +21,7 @@ def comparison_figure(
     """The figure: mu over slip of each fit with its interval; beside it the ratios to the first.
 
     Args:
-        curves: Rows of `side_by_side`.
+        curves: Rows of `comparison_table`.
         conditions_text: The operating point, with symbols and units.
         has_simulated_data: Whether a fit is of simulated data.
     """

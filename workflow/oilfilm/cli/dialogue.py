@@ -237,7 +237,8 @@ def _ask_about_settled_rows(
     # the sheet may be the laboratory's own
     text = normalised(sheet_file.read_bytes()).decode("utf-8")
     separator = max(",;\t", key=text.partition("\n")[0].count)
-    header, *rows = [*csv.reader(io.StringIO(text), delimiter=separator)] or [[]]
+    cells_of_lines = list(csv.reader(io.StringIO(text), delimiter=separator)) or [[]]
+    header, *rows = cells_of_lines
     if "log_kind" in header or "file" not in header:
         return False
     names = [dict(zip(header, row, strict=False)).get("file") for row in rows]

@@ -42,7 +42,9 @@ def why_not_rolling(log: SniffedLog, content: bytes) -> str:
     if not column_names:
         lines = content.decode("utf-8", "replace").splitlines()[:_MAX_SEARCHED_LINES]
         likely_line = likely_line_of_names(lines)
-        column_names = re.split(r"[\t;|,]", likely_line[1]) if likely_line else []
+        if likely_line is not None:
+            _, line_of_names = likely_line
+            column_names = re.split(r"[\t;|,]", line_of_names)
     if _is_rolling_rig(log, column_names):
         return ""
     for rig_kind, words in _WORDS_BY_RIG_KIND.items():
@@ -80,6 +82,7 @@ def _has_any_word(name: str, words: str) -> bool:
     plain_name = unicodedata.normalize("NFKC", name).casefold()
     words_of_name: Sequence[str] = _WORD_PATTERN.findall(plain_name)
     for word in words.split():
+        # Chinese and Japanese, from U+3000 on, have no blanks between words
         if len(word) <= _MAX_LETTERS_OF_WHOLE_WORD and word[0] < "\u3000":
             if word in words_of_name:
                 return True

@@ -114,15 +114,15 @@ class Watcher:
                 status = path.stat()
                 state_by_path[path] = FileState(status.st_size, status.st_mtime_ns)
         # every file is looked at: the time of a changed one begins now
-        settled_paths = [
-            path for path, state in state_by_path.items() if self._is_settled(path, state)
+        finished_paths = [
+            path for path, state in state_by_path.items() if self._is_finished(path, state)
         ]
-        settled_paths.sort(key=lambda path: state_by_path[path].changed_ns, reverse=True)
+        finished_paths.sort(key=lambda path: state_by_path[path].changed_ns, reverse=True)
         paths_without_fault = [path for path in state_by_path if not fault_by_path[path]]
         run_sheet = sheet_of_paths(
             paths_without_fault, self._raw_folder, self._settings, rig_class.log_schema
         )
-        for path in settled_paths:
+        for path in finished_paths:
             judged_from = state_by_path[path], run_sheet.rows_of_log.get(str(path))
             if self._judged_from.get(path) == judged_from:
                 continue
@@ -151,7 +151,7 @@ class Watcher:
             self._last_line_by_path[path] = line
             yield line
 
-    def _is_settled(self, path: Path, state: FileState) -> bool:
+    def _is_finished(self, path: Path, state: FileState) -> bool:
         """Whether a file has been seen unchanged for long enough, by this computer's own clock."""
         now_s = time.monotonic()
         last_state, first_seen_s = self._state_and_time_seen.get(path, (None, now_s))

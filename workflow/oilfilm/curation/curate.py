@@ -321,7 +321,7 @@ def _pairs_with_same_readings(
         run_ids = pd.Index(runs["run_id"])
         columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
         last_points = []
-        for points in campaign_tables.parts("points", columns):
+        for points in campaign_tables.blocks("points", columns):
             has_errors = (points[_ERROR_COLUMNS] > 0).all(axis=1)
             compared_points = points[_is_point_of_runs(points, run_ids) & has_errors]
             last_points.append(compared_points.groupby("run_id").tail(copy_settings.plateaus + 1))
@@ -499,7 +499,7 @@ def with_campaign_warnings(
 
     def points_of_accepted_runs(*columns: str) -> Iterator[pd.DataFrame]:
         """Some columns of the points of accepted runs, some rows at a time."""
-        for points in campaign_tables.parts("points", ["run_id", *columns]):
+        for points in campaign_tables.blocks("points", ["run_id", *columns]):
             yield points[_is_point_of_runs(points, accepted_runs.index)]
 
     for run_id, sentence in chain(
@@ -754,7 +754,7 @@ def curate_share(
         ingested = ingest_logs(
             logs, settings, sheet=sheet, keep_run=keep_run, digest_of_log=logs.digest_of_log
         )
-    parts = tables.read_parts("samples", *sample_file_of_oil.values())
+    parts = tables.read_blocks("samples", *sample_file_of_oil.values())
     return curate_parts(parts, ingested, TractionRig(settings))
 
 

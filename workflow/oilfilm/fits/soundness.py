@@ -169,7 +169,7 @@ def _condition_of_run(results: CampaignTables, settings: Settings) -> "pd.Series
     # each part has all points of some runs
     means_of_parts = [
         points[points["accepted"]].groupby("run_id")[list(_MEASURED_CONDITIONS)].mean()
-        for points in results.parts_of_runs("points", columns)
+        for points in results.blocks_of_runs("points", columns)
     ]
     means = pd.concat(means_of_parts).reindex(runs.index)
     # pressure and load are one set point: where one is stated, the other is not needed

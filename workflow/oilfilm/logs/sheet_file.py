@@ -259,7 +259,7 @@ def sheet_of_paths(
     for path in paths:
         # not `resolve`, which fails on a link to itself: the reader has a sentence for it
         resolved_path = Path(os.path.realpath(path))
-        if resolved_path.is_relative_to(resolved_raw_folder):
+        if resolved_raw_folder in resolved_path.parents:
             campaign_name, *names = resolved_path.relative_to(resolved_raw_folder).parts
             paths_of_campaign.setdefault(campaign_name, {})["/".join(names)] = path
     sheet_name = ""

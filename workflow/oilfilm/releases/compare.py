@@ -25,7 +25,8 @@ from oilfilm.traction import LAWS
 
 # A row of a table of texts: one text per column.
 TextRow = tuple[str, ...]
-# Largest change of a number by another BLAS or NumPy kernel, in standard errors.
+# Largest change of a number by another kernel, in standard errors. A kernel is the set of routines
+# that BLAS or NumPy chooses for the processor.
 # `tests/workflow/test_kernels.py` compares all tables of a campaign.
 KERNEL_CHANGE = 1e-6
 # The text of a release whose lines are compared.
@@ -103,7 +104,7 @@ class Comparison:
             sections += [_section_on_statements(self.statements), self.summary_wording]
         else:
             statements_on_results = [
-                statement for statement in self.statements if not statement.counts_data
+                statement for statement in self.statements if not statement.changes_with_logs
             ]
             sections.append(_section_on_statements(statements_on_results))
         return [section for section in sections if section.rows]

@@ -36,9 +36,9 @@ CODE_FOLDER = "code"
 # Largest manifest that is read, in bytes: one with a hundred thousand files has about this size.
 MOST_BYTES = 1 << 25
 # A backslash separates folders on Windows. A line break would begin a line of SHA256SUMS.
-_FORBIDDEN_LETTERS = {"\\", "\x7f"} | {chr(code) for code in range(32)}
-# Largest number of letters that a message quotes from the manifest.
-_QUOTED_LETTERS_MAX = 500
+_FORBIDDEN_CHARACTERS = {"\\", "\x7f"} | {chr(code) for code in range(32)}
+# Largest number of characters that a message quotes from the manifest.
+_QUOTED_CHARACTERS_MAX = 500
 
 Sha256 = Annotated[str, Field(pattern=r"^[0-9a-f]{64}$", description="sha256 in hex.")]
 ShortText = Annotated[str, Field(max_length=200)]
@@ -102,6 +102,7 @@ class ReleaseInputs(Group):
     tag: Annotated[str, Field(pattern=r"^[A-Za-z0-9][A-Za-z0-9._-]{0,31}$")] = key(
         "Readable part of the version."
     )
+    # of CONFIG_FILE, of all files of code, and of LOCK_FILE (the locked packages)
     config: Sha256
     code: Sha256
     lock: Sha256
@@ -139,6 +140,7 @@ class Manifest(Group):
     samples: Annotated[list[FileRecord], _RECORDS_MAX, FailFast()] = key(
         "Samples of each oil, which the release leaves out: one hash over all their runs."
     )
+    # over the other keys of the manifest
     sha256: Sha256
 
     @classmethod
@@ -225,7 +227,7 @@ def _parse(path: Path) -> Manifest:
     first_mistake_text = first_mistake(content, Manifest)
     if first_mistake_text:
         # a quoted value may be as long as the file
-        raise OilfilmError(f"{path}: {first_mistake_text[:_QUOTED_LETTERS_MAX]}")
+        raise OilfilmError(f"{path}: {first_mistake_text[:_QUOTED_CHARACTERS_MAX]}")
     stated_manifest = Manifest(**content)
     contradiction = _contradiction(stated_manifest)
     if contradiction:
@@ -297,7 +299,7 @@ def is_inside(path: str) -> bool:
     """
     return (
         bool(path)
-        and not set(path) & _FORBIDDEN_LETTERS
+        and not set(path) & _FORBIDDEN_CHARACTERS
         and not PureWindowsPath(path).drive
         and PurePosixPath(path).as_posix() == path
         and not path.startswith("/")

@@ -366,11 +366,11 @@ def _run(folder: Path, stored: StoredRelease, cores: str) -> None:
     """
     command = [sys.executable, "-m", "snakemake", "release", "--cores", cores]
     # use the library of the copy, not the installed one
-    environment = {**os.environ, "PYTHONPATH": str(folder / "workflow")}
+    environment_variables = {**os.environ, "PYTHONPATH": str(folder / "workflow")}
     finished = subprocess.run(  # noqa: S603 - a fixed command; `cores` is one argument
         command,
         cwd=folder,
-        env=environment,
+        env=environment_variables,
         capture_output=True,
         text=True,
         errors="replace",

@@ -47,7 +47,7 @@ class Statement(NamedTuple):
         column_name: Name of the column; empty where one of the tables lacks the row.
         before: First value, as text.
         after: Second value.
-        counts_data: Whether it is about a row or a count, which change as soon as a log is added.
+        changes_with_logs: Whether it is about a row or a count: these change where logs are added.
     """
 
     table_name: str
@@ -55,7 +55,7 @@ class Statement(NamedTuple):
     column_name: str
     before: str
     after: str
-    counts_data: bool
+    changes_with_logs: bool
 
 
 def changed_statements(
@@ -109,12 +109,12 @@ def _statements_on_rows(
     ):
         for key in keys[:_MOST_ROWS]:
             yield Statement(
-                table_name, _key_text(key), "", text_before, text_after, counts_data=True
+                table_name, _key_text(key), "", text_before, text_after, changes_with_logs=True
             )
         if len(keys) > _MOST_ROWS:
             count_of_rest = f"{len(keys) - _MOST_ROWS} more rows"
             yield Statement(
-                table_name, count_of_rest, "", text_before, text_after, counts_data=True
+                table_name, count_of_rest, "", text_before, text_after, changes_with_logs=True
             )
 
 

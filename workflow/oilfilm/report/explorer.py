@@ -219,7 +219,7 @@ def _central_point(results: CampaignTables) -> dict[str, float]:
 
     def accepted_conditions(columns: list[str]) -> Iterator[pd.DataFrame]:
         """Conditions of the accepted points, a part at a time."""
-        for part in results.parts("points", [*columns, "accepted"]):
+        for part in results.blocks("points", [*columns, "accepted"]):
             yield part.loc[part["accepted"], columns]
 
     is_known = pd.DataFrame(part.notna().any() for part in accepted_conditions(list(AXIS_NAMES)))

@@ -1,7 +1,7 @@
 """The frame of every script of the workflow around its one call of the library.
 
-A share is a part of the logs of a campaign, which one job reads. Its files are below `parts/`. Rows
-of a table that are read or written at one time are a block.
+A share is a part of the logs of a campaign, which one job reads. Its files are below `parts/`. The
+rows of a table that are in memory at one time are a block.
 
 Decides: the provenance in the footer of every table.
 """
@@ -73,7 +73,7 @@ class Job:
             with tables.writing(
                 declaration_name(table_name), path, self.provenance, tables.ROWS_PER_GROUP
             ) as add_rows:
-                for block in self.input_tables.parts(table_name):
+                for block in self.input_tables.blocks(table_name):
                     add_rows(block)
 
     def raw_logs(self, folder_name: str) -> RawLogs:

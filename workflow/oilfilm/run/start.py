@@ -22,10 +22,10 @@ from typing import IO
 
 from oilfilm.base.errors import OilfilmError
 
-# Letters that the path of a project must not have. Snakemake takes braces for wildcards, and PATH
-# is split at colons. A shell evaluates a dollar sign or a backquote even in double quotes, and the
+# Characters that the path of a project must not have. Snakemake takes braces for wildcards. PATH is
+# split at colons. A shell evaluates a dollar sign or a backquote even in double quotes, and the
 # start scripts of packages contain double quotes.
-UNUSABLE_LETTERS = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
+UNUSABLE_CHARACTERS = frozenset('{}:$`"\\') | {chr(code) for code in (*range(32), 127)}
 _LOCK_NAME = "oilfilm.lock"
 # Faults of the machine, not of the program, with the advice, by the number of the error.
 _FAULT_AND_ADVICE_BY_ERRNO = {
@@ -55,11 +55,11 @@ def check_machine(written_folders: Iterable[Path]) -> None:
             folder.
     """
     folder = Path.cwd()
-    unusable_in_path = sorted(UNUSABLE_LETTERS & set(str(folder)))
+    unusable_in_path = sorted(UNUSABLE_CHARACTERS & set(str(folder)))
     if unusable_in_path:
-        letters = ", ".join(map(repr, unusable_in_path))
+        characters = ", ".join(map(repr, unusable_in_path))
         raise OilfilmError(
-            f"{str(folder)!r}: jobs cannot be started in a folder with {letters} in its path. "
+            f"{str(folder)!r}: jobs cannot be started in a folder with {characters} in its path. "
             "Rename the folder, or move its content; blanks and letters of any language do no harm."
         )
     for path in written_folders:

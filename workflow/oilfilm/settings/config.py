@@ -115,7 +115,7 @@ class SignalGateSettings(Group):
     """Limits that the signals of every kind of log must keep."""
 
     load_change_max: q.PositiveShare = key("Change of load from first to second half of a plateau.")
-    temperature_change_max_c: q.TemperatureDifferenceC = key("The same for the oil's temperature.")
+    temperature_change_max_c: q.TemperatureToleranceC = key("The same for the oil's temperature.")
     spike_share_max: q.Share = key("Share of a plateau's rows that may be spikes.")
     faulty_share_max: q.Share = key(
         "Share of plateaus that may fail gates which blame the run; more of them refuse the run, "
@@ -153,7 +153,7 @@ class GateSettings(SignalGateSettings):
     lambda_limit: q.LambdaRatio = key("Full film above this film thickness over roughness.")
     load_tolerance: q.Tolerance = key("Deviation from the nominal load, relative.")
     speed_tolerance: q.Tolerance = key("Deviation from the nominal speed, relative.")
-    temperature_tolerance_c: q.TemperatureDifferenceC = key("Deviation from the set temperature.")
+    temperature_tolerance_c: q.TemperatureToleranceC = key("Deviation from the set temperature.")
     slide_roll_ratio_min: q.SignedSlideRollRatio = key("Smallest S of a point.")
     slide_roll_ratio_max: q.SignedSlideRollRatio = key("Largest S of a point.")
     traction_min: float = key("Smallest physical traction coefficient.", unit="1", ge=-2, le=2)
@@ -171,7 +171,7 @@ class GateSettings(SignalGateSettings):
     sliding_traction_min: q.RelativeError = key("Smallest median mu of an oil above that |S|.")
     sliding_traction_usual: q.RelativeError = key("A smaller median mu is a warning.")
     sign_share: q.PositiveShare = key("Share of points of the other sign that refuses a run.")
-    temperature_drift_max_c: q.TemperatureDifferenceC = key("Drift of temperature within a run.")
+    temperature_drift_max_c: q.TemperatureToleranceC = key("Drift of temperature within a run.")
     repeat_difference_max: q.Tolerance = key("Median relative difference of mu between repeats.")
     repeat_odd_min: q.Tolerance = key("Difference that makes one of three repeats the odd one.")
     repeat_odd_factor: q.AboveOne = key("... and over the difference of the others.")
@@ -224,7 +224,7 @@ class SameConditionSettings(Group):
     max_hertz_pressure: q.Tolerance = key("Range of pressures, relative.")
     load: q.Tolerance = key("Range of loads, relative.")
     entrainment_speed: q.Tolerance = key("Range of entrainment speeds, relative.")
-    inlet_temperature_c: q.TemperatureDifferenceC = key("Range of inlet temperatures.")
+    inlet_temperature_c: q.TemperatureToleranceC = key("Range of inlet temperatures.")
     slide_roll_ratio: q.SlipChange = key("Range of S at which repeated runs are compared.")
 
 
@@ -527,7 +527,7 @@ class IsothermalSettings(Group):
     """Curves of the figure `isothermal`, and the bodies that carry their heat away."""
 
     inlet_temperature_c: q.TemperatureC = key("Temperature.")
-    same_temperature_c: q.TemperatureDifferenceC = key("Temperatures this near are the same.")
+    same_temperature_c: q.TemperatureToleranceC = key("Temperatures this near are the same.")
     entrainment_speed_m_s: q.SpeedMs = key("Speed.")
     same_within: q.RelativeError = key("Speeds this near are the same, relative.")
     solid_conductivity_w_mk: q.SolidConductivityWMK = key("Of ball and disc.")
@@ -557,7 +557,7 @@ class NearbySettings(Group):
 
     max_hertz_pressure_gpa_relative: q.Tolerance = key("Maximum Hertz pressure, relative.")
     entrainment_speed_m_s_relative: q.Tolerance = key("Entrainment speed, relative.")
-    inlet_temperature_c: q.TemperatureDifferenceC = key("Inlet temperature.")
+    inlet_temperature_c: q.TemperatureToleranceC = key("Inlet temperature.")
     slide_roll_ratio: q.SlipChange = key("Slide-roll ratio.")
 
 

@@ -119,8 +119,8 @@ PitchSpeedMmRpm = Annotated[float, Field(gt=0, le=1e8, **_unit("mm rpm"))]  # dm
 SpeedRpm = Annotated[float, Field(gt=0, le=1e6, **_unit("rpm"))]
 # of an oil; above 0 because laws take powers of it, below what a temperature in K would be
 TemperatureC = Annotated[float, Field(gt=0, le=250, **_unit("degC"))]
-# a size: a tolerance
-TemperatureDifferenceC = Annotated[float, Field(gt=0, le=50, **_unit("degC"))]
+# the size of a difference, as a tolerance or a limit: never negative
+TemperatureToleranceC = Annotated[float, Field(gt=0, le=50, **_unit("degC"))]
 TemperatureErrorC = Annotated[float, Field(ge=0, le=50, **_unit("degC"))]
 DurationS = Annotated[float, Field(gt=0, le=86400, **_unit("s"))]
 DurationOrZeroS = Annotated[float, Field(ge=0, le=86400, **_unit("s"))]
@@ -133,7 +133,7 @@ HollowShaftRatio = Annotated[float, Field(ge=0, lt=1, **_unit("1"))]  # 0: a sol
 # on diameter; never a clearance
 InterferenceUm = Annotated[float, Field(ge=0, le=1000, **_unit("um"))]
 # on diameter; below 0: a clearance
-FitUm = Annotated[float, Field(ge=-1000, le=1000, **_unit("um"))]
+InterferenceOrClearanceUm = Annotated[float, Field(ge=-1000, le=1000, **_unit("um"))]
 # signed: hotter or colder body
 TemperatureDifferenceK = Annotated[float, Field(ge=-200, le=200, **_unit("K"))]
 Expansion1K = Annotated[float, Field(ge=0, le=1e-4, **_unit("1/K"))]

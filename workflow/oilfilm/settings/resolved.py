@@ -1,6 +1,6 @@
 """Typed access to all settings of one campaign's run.
 
-Decides: which settings a job can read: the keys that its rule lists with `part(...)`.
+Decides: which settings a job can read: the keys that its rule lists with `settings_part(...)`.
 """
 
 from collections.abc import Iterable, Mapping

@@ -242,8 +242,10 @@ class MountingKeys(Group):
     shaft_bore_ratio_range: q.RisingPair[q.HollowShaftRatio] = key("Its range.")
     shaft_interference_um: q.InterferenceUm = key("Of ring and shaft before mounting, on diameter.")
     shaft_interference_um_range: q.RisingPair[q.InterferenceUm] = key("Its range.")
-    housing_interference_um: q.FitUm = key("Of ring and housing, on diameter; below 0 a clearance.")
-    housing_interference_um_range: q.RisingPair[q.FitUm] = key("Its range.")
+    housing_interference_um: q.InterferenceOrClearanceUm = key(
+        "Of ring and housing, on diameter; below 0 a clearance."
+    )
+    housing_interference_um_range: q.RisingPair[q.InterferenceOrClearanceUm] = key("Its range.")
     ring_temperature_difference_k: q.TemperatureDifferenceK = key(
         "Inner less outer ring. The outer ring has the temperature of the oil."
     )

@@ -2,7 +2,7 @@
 
 Each column is declared once, in a YAML file, with its unit, meaning and caveat. Each table lists
 its columns and its key. Units and descriptions are in the footer of the Parquet file, beside the
-provenance. They say by which declaration it was written: there is no version to raise.
+provenance. So each file says by which declaration it was written, and needs no version number.
 
 Decides: how a table is checked, written and read; how many rows are in memory at once.
 """
@@ -196,7 +196,7 @@ def conform(
 
     Args:
         frame: The rows.
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         origin: Where the rows are from, for messages.
         advice: What to do where the columns are not those that are declared.
         columns: The columns that the frame has, in order; all of the table if not given. Checks
@@ -205,17 +205,17 @@ def conform(
     Raises:
         OilfilmError: A column is missing, unknown, or holds what the contract forbids.
     """
-    model = TABLES[table_name]
-    column_names = model.column_names if columns is None else list(columns)
+    table = TABLES[table_name]
+    column_names = table.column_names if columns is None else list(columns)
     _refuse_other_columns(frame.columns, column_names, table_name, origin, advice)
     frame = frame.reset_index(drop=True)
     values_by_column = {
-        name: _checked_values(frame, model[name], model, origin) for name in column_names
+        name: _checked_values(frame, table[name], table, origin) for name in column_names
     }
-    # one block of all columns would be one more copy of a large table
+    # one array of all columns would be one more copy of a large table
     conformed = pd.DataFrame(values_by_column, columns=column_names, copy=False)
     if columns is None:
-        for complaint in model.complaints(conformed):
+        for complaint in table.complaints(conformed):
             raise OilfilmError(f"{origin}: table {table_name!r}: {cut(complaint, 1000)}.")
     return conformed
 
@@ -247,7 +247,7 @@ def _refuse_other_columns(
         )
 
 
-def _checked_values(frame: pd.DataFrame, column: Column, model: Table, origin: str) -> pd.Series:
+def _checked_values(frame: pd.DataFrame, column: Column, table: Table, origin: str) -> pd.Series:
     """A column with its type, every check passed."""
     values = frame[column.name]
     if column.type == "texts":
@@ -261,12 +261,12 @@ def _checked_values(frame: pd.DataFrame, column: Column, model: Table, origin: s
     from pandera.errors import SchemaError, SchemaErrors  # noqa: PLC0415
 
     try:
-        validated = model.schema.columns[column.name].validate(frame[[column.name]], lazy=True)
+        validated = table.schema.columns[column.name].validate(frame[[column.name]], lazy=True)
     except (SchemaErrors, SchemaError) as error:
         case = error.failure_cases.iloc[0]
         expected = case.get("check", column.dtype)
         raise OilfilmError(
-            f"{origin}: table {model.name!r}, column {column.name!r} ({column.description}): found "
+            f"{origin}: table {table.name!r}, column {column.name!r} ({column.description}): found "
             f"{cut(repr(case['failure_case']))} at row {case['index']}, expected {expected}."
         ) from error
     return validated[column.name]
@@ -317,7 +317,7 @@ def write(frame: pd.DataFrame, table_name: str, path: Path, provenance: Mapping[
 
     Args:
         frame: The rows.
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         path: Parquet file to write.
         provenance: At least `campaign` and `data` ("simulated" or "measured"); plain JSON values.
 
@@ -328,7 +328,7 @@ def write(frame: pd.DataFrame, table_name: str, path: Path, provenance: Mapping[
         add(frame)
 
 
-# Rows that are in memory at once where a long table is written or read a part at a time.
+# Rows that are in memory at once where a long table is written or read a block at a time.
 ROWS_PER_GROUP = 1 << 18
 
 
@@ -336,20 +336,20 @@ ROWS_PER_GROUP = 1 << 18
 def writing(
     table_name: str, path: Path, provenance: Mapping[str, Any], group_row_count: int | None = None
 ) -> Iterator[Callable[[pd.DataFrame], None]]:
-    """Write a table a part at a time, completely or not at all, as `write` does.
+    """Write a table a block at a time, completely or not at all, as `write` does.
 
-    A key that occurs in two parts is not found. The provenance may grow until the last part is
+    A key that occurs in two blocks is not found. The provenance may grow until the last block is
     written.
 
     Args:
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         path: Parquet file to write.
         provenance: As for `write`.
         group_row_count: Number of rows of each row group but the last. The bytes do then not depend
-            on how the rows are divided into parts. If not given, each part is a row group.
+            on how the rows are divided into blocks. If not given, each block is a row group.
 
     Raises:
-        OilfilmError: A part breaks the contract.
+        OilfilmError: A block breaks the contract.
     """
     schema = _arrow_schema(table_name)
     encodings = {
@@ -370,7 +370,7 @@ def writing(
             write_page_checksum=True,
             store_schema=False,  # with its metadata at the end
         ) as writer:
-            pending_parts: list[pd.DataFrame] = []
+            pending_blocks: list[pd.DataFrame] = []
             group_count = 0
 
             def write_group(group_rows: pd.DataFrame) -> None:
@@ -384,30 +384,32 @@ def writing(
                 group_count += 1
 
             def add(frame: pd.DataFrame) -> None:
-                part = conform(frame, table_name, str(path))
+                block = conform(frame, table_name, str(path))
                 if group_row_count is None:
-                    write_group(part)
+                    write_group(block)
                     return
-                pending_parts.append(part)
-                if sum(map(len, pending_parts)) < group_row_count:
+                pending_blocks.append(block)
+                if sum(map(len, pending_blocks)) < group_row_count:
                     return
                 rows = (
-                    pd.concat(pending_parts, ignore_index=True) if len(pending_parts) > 1 else part
+                    pd.concat(pending_blocks, ignore_index=True)
+                    if len(pending_blocks) > 1
+                    else block
                 )
-                pending_parts.clear()
+                pending_blocks.clear()
                 # a whole table as Arrow's would be one more copy of it
                 whole_groups_row_count = len(rows) // group_row_count * group_row_count
                 for start in range(0, whole_groups_row_count, group_row_count):
                     write_group(rows.iloc[start : start + group_row_count])
-                pending_parts.append(rows.iloc[whole_groups_row_count:].copy())
+                pending_blocks.append(rows.iloc[whole_groups_row_count:].copy())
 
             yield add
-            remaining_parts = [part for part in pending_parts if len(part)]
-            if remaining_parts:
+            remaining_blocks = [block for block in pending_blocks if len(block)]
+            if remaining_blocks:
                 write_group(
-                    pd.concat(remaining_parts, ignore_index=True)
-                    if len(remaining_parts) > 1
-                    else remaining_parts[0]
+                    pd.concat(remaining_blocks, ignore_index=True)
+                    if len(remaining_blocks) > 1
+                    else remaining_blocks[0]
                 )
             elif not group_count:
                 write_group(empty_table(table_name))
@@ -433,7 +435,7 @@ def read(
     over several columns are made where the whole table is read.
 
     Args:
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         paths: Its files.
         columns: The columns to read; all if not given.
         row_filter: The value of some columns in the rows to read; all rows if not given.
@@ -463,24 +465,24 @@ def read_of_any_version(table_name: str, path: Path) -> pd.DataFrame:
     over several columns are made where the file has all of them and no others.
 
     Args:
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         path: Its file.
 
     Raises:
         OilfilmError: As in `read`, or the file lacks a column of the table's key.
     """
-    model = TABLES[table_name]
+    table = TABLES[table_name]
     names_in_file = column_names_of(path)
     is_repeated = len(set(names_in_file)) < len(names_in_file)
-    if is_repeated or set(names_in_file) == set(model.column_names):
+    if is_repeated or set(names_in_file) == set(table.column_names):
         return read(table_name, path)
-    key_in_file = [name for name in names_in_file if name in model.key]
-    _refuse_other_columns(key_in_file, model.key, table_name, str(path), _ADVICE_ON_OLD_FILES)
-    shared_names = [name for name in model.column_names if name in names_in_file]
+    key_in_file = [name for name in names_in_file if name in table.key]
+    _refuse_other_columns(key_in_file, table.key, table_name, str(path), _ADVICE_ON_OLD_FILES)
+    shared_names = [name for name in table.column_names if name in names_in_file]
     _check_written_as(table_name, path, shared_names)
     content = _file_content(path, columns=shared_names)
     frame = conform(_as_frame([content]), table_name, str(path), _ADVICE_ON_OLD_FILES, shared_names)
-    complaint = repetition_complaint(frame, model.key) if model.key else ""
+    complaint = repetition_complaint(frame, table.key) if table.key else ""
     if complaint:
         raise OilfilmError(f"{path}: table {table_name!r}: {cut(complaint, 1000)}.")
     return frame
@@ -496,7 +498,7 @@ def column_names_of(path: Path) -> list[str]:
 
 
 def from_arrow(content: arrow.Table) -> pd.DataFrame:
-    """A row group of a table, as `arrow_parts` gives it, as a frame; its values are not checked."""
+    """A block of `arrow_blocks` as a frame; its values are not checked."""
     return _as_frame([content])
 
 
@@ -512,7 +514,7 @@ def _rows_of_file(
     _check_written_as(table_name, path)
     schema = _schema(path)
     contents = [arrow.schema([schema.field(name) for name in needed_names]).empty_table()]
-    for content in arrow_parts(table_name, path, needed_names, row_filter):
+    for content in arrow_blocks(table_name, path, needed_names, row_filter):
         matching_rows = content.select(needed_names)
         for name, value in row_filter.items():
             matching_rows = matching_rows.filter(compute.equal(matching_rows[name], value))
@@ -523,7 +525,7 @@ def _rows_of_file(
 
 
 def _as_frame(contents: list[arrow.Table], use_threads: bool = True) -> pd.DataFrame:
-    """Parts of one table as a frame; the list of parts is emptied.
+    """Arrow tables with rows of one table as a frame; the list of them is emptied.
 
     No column is in memory twice: Arrow's copy is freed when pandas has its own.
     """
@@ -566,13 +568,13 @@ def _tuples_of(column: arrow.ChunkedArray) -> "np.ndarray[Any, np.dtype[np.objec
     return tuples
 
 
-def read_parts(
+def read_blocks(
     table_name: str, *paths: Path, columns: Sequence[str] | None = None
 ) -> Iterator[pd.DataFrame]:
     """The row groups of files, one after the other, each checked as by `read`.
 
     Args:
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         paths: Its files.
         columns: The columns to read; all if not given.
 
@@ -580,22 +582,22 @@ def read_parts(
         OilfilmError: As `read`.
     """
     for path in paths:
-        for content in arrow_parts(table_name, path, columns):
+        for content in arrow_blocks(table_name, path, columns):
             # one thread, because the shares of a campaign are spread over all cores
             rows = _as_frame([content], use_threads=False)
             yield conform(rows, table_name, str(path), _ADVICE_ON_OLD_FILES, columns)
 
 
-def arrow_parts(
+def arrow_blocks(
     table_name: str,
     path: Path,
     columns: Sequence[str] | None = None,
     row_filter: Mapping[str, str] | None = None,
 ) -> Iterator[arrow.Table]:
-    """The row groups of a file as Arrow has them; their values are not checked.
+    """The row groups of a file as tables of Arrow; their values are not checked.
 
     Args:
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         path: The file.
         columns: The columns to read; all if not given.
         row_filter: Row groups that cannot have these values are left out.
@@ -669,7 +671,7 @@ def _check_written_as(table_name: str, path: Path, columns: Sequence[str] | None
     """Refuse a file that holds another table, other columns, or a column in another unit.
 
     Args:
-        table_name: Name of the table's model.
+        table_name: Name of the declaration in `TABLES`.
         path: The file.
         columns: Columns whose unit is checked. If not given, the file must have all columns of the
             table and no others.

@@ -8,7 +8,7 @@ from typing import Any
 import pandas as pd
 
 from oilfilm.base.errors import OilfilmError
-from oilfilm.tables import empty_table, read, read_parts
+from oilfilm.tables import empty_table, read, read_blocks
 from oilfilm.tables.dictionary import TABLES
 from oilfilm.tables.table_needs import FIT_TABLES, OPTIONAL_TABLES
 
@@ -27,8 +27,8 @@ FIT_POINT_COLUMNS = (
     *("entrainment_speed_systematic_m_s", "inlet_temperature_systematic_c"),
     "traction_force_n",
 )
-# The model of a table, where it is not that of the same name.
-_MODEL_BY_TABLE = {"torque_quarantine": "quarantine"}
+# The declaration that a table follows, where it is not that of the same name.
+_DECLARATION_BY_TABLE = {"torque_quarantine": "quarantine"}
 # The file of a table below the results, where it is not `tables/<name>.parquet`.
 _FILE_BY_TABLE = {"refused_pages": "refused/index.parquet"}
 
@@ -116,8 +116,8 @@ class CampaignTables:
             self._frames[name] = read(declaration_name(name), *self._files[name])
         return _selection(self._frames[name], columns, row_filter)
 
-    def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
-        """The rows of a table in parts, so that not all are in memory at once.
+    def blocks(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
+        """The rows of a table in blocks, so that not all are in memory at once.
 
         Args:
             name: Name of the table.
@@ -129,14 +129,14 @@ class CampaignTables:
         if name in self._frames:
             yield _selection(self._frames[name], columns, {})
         else:
-            # a table without rows has one part, so that parts can be joined
+            # a table without rows has one block, so that blocks can be joined
             yield _selection(empty_table(declaration_name(name)), columns, {})
-            yield from read_parts(declaration_name(name), *self._files[name], columns=columns)
+            yield from read_blocks(declaration_name(name), *self._files[name], columns=columns)
 
-    def parts_of_runs(
+    def blocks_of_runs(
         self, name: str, columns: Sequence[str] | None = None
     ) -> Iterator[pd.DataFrame]:
-        """The rows of a table in parts as of `parts`; all rows of a run are in one part.
+        """The rows of a table in blocks as of `blocks`; all rows of a run are in one block.
 
         Args:
             name: Name of a table whose rows of one run are together, as of `points`.
@@ -146,11 +146,11 @@ class CampaignTables:
             OilfilmError: As `table`.
         """
         rows_of_last_run = None
-        for part in self.parts(name, columns):
+        for block in self.blocks(name, columns):
             rows = (
-                part
+                block
                 if rows_of_last_run is None
-                else pd.concat([rows_of_last_run, part], ignore_index=True)
+                else pd.concat([rows_of_last_run, block], ignore_index=True)
             )
             if rows.empty:
                 rows_of_last_run = rows
@@ -189,11 +189,11 @@ class _TablesOfConfiguredLaw(CampaignTables):
             self._frames[name] = frame.merge(laws, on=["oil", "law"])
         return _selection(self._frames[name], columns, row_filter)
 
-    def parts(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
+    def blocks(self, name: str, columns: Sequence[str] | None = None) -> Iterator[pd.DataFrame]:
         if name in FIT_TABLES:
             yield self.table(name, columns)
         else:
-            yield from self._every_law.parts(name, columns)
+            yield from self._every_law.blocks(name, columns)
 
 
 def _selection(
@@ -214,9 +214,9 @@ def _parquet_file(path: Path) -> Path:
 
 
 def _table_names() -> list[str]:
-    return [*TABLES, *_MODEL_BY_TABLE]
+    return [*TABLES, *_DECLARATION_BY_TABLE]
 
 
 def declaration_name(table_name: str) -> str:
     """Name of the declaration that a campaign's table follows; mostly its own name."""
-    return _MODEL_BY_TABLE.get(table_name, table_name)
+    return _DECLARATION_BY_TABLE.get(table_name, table_name)

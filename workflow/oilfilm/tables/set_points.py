@@ -41,20 +41,20 @@ def with_matched_set_points(runs: pd.DataFrame, settings: Settings) -> pd.DataFr
 
 
 def with_measured_set_points(
-    runs: pd.DataFrame, parts_of_points: Iterable[pd.DataFrame]
+    runs: pd.DataFrame, blocks_of_points: Iterable[pd.DataFrame]
 ) -> pd.DataFrame:
     """Runs with the mean of their accepted plateaus for each set point that they do not state.
 
     Args:
         runs: Table of runs.
-        parts_of_points: The table of points in parts; the points of a run are in one of them.
+        blocks_of_points: The table of points in blocks; the points of a run are in one of them.
     """
     measured_columns = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
-    means_of_parts = [
-        part[part["accepted"]].groupby("run_id")[measured_columns].mean()
-        for part in parts_of_points
+    means_of_blocks = [
+        block[block["accepted"]].groupby("run_id")[measured_columns].mean()
+        for block in blocks_of_points
     ]
-    means = pd.concat(means_of_parts).reindex(runs["run_id"])
+    means = pd.concat(means_of_blocks).reindex(runs["run_id"])
     measured = means.add_prefix("nominal_").set_index(runs.index)
     # a stated load sets the pressure
     pressure_gpa = measured["nominal_max_hertz_pressure_gpa"].mask(runs["nominal_load_n"].notna())

@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 import pyarrow as arrow
 
-from oilfilm.tables import arrow_parts, from_arrow, read
+from oilfilm.tables import arrow_blocks, from_arrow, read
 
 # Number of rows that are sorted at once; a range of runs has hardly more.
 _RANGE_ROW_COUNT = 1 << 16
@@ -29,7 +29,7 @@ def sorted_rows(
     """The rows of a table of runs in the order of run and first row, some of them at a time.
 
     Args:
-        table_name: Name of the table's model, which has the columns `run_id` and `first_row`.
+        table_name: Name of the declaration, which has the columns `run_id` and `first_row`.
         paths: Its files, in which the rows of a run may be anywhere.
         row_count_of_run: Number of rows of each run, by `run_id`.
         folder: For temporary files; it must hold the table once more.
@@ -72,7 +72,7 @@ def _spread(
     """Write each row of some files to the file of its range."""
     with ExitStack() as files:
         writers: dict[int, arrow.ipc.RecordBatchFileWriter] = {}
-        for row_group in chain.from_iterable(arrow_parts(table_name, path) for path in paths):
+        for row_group in chain.from_iterable(arrow_blocks(table_name, path) for path in paths):
             run_ids = row_group["run_id"].to_numpy().astype(object)
             range_of_row = np.searchsorted(first_run_id_of_range, run_ids, side="right") - 1
             # a refused run has no count, and its name may come before the first range

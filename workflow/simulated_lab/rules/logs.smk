@@ -17,10 +17,10 @@ if SIMULATED:
             "<logs>/twin.log",
         localrule: True
         params:
-            code=lambda wildcards: code(
+            code=lambda wildcards: script_digest(
                 SIMULATOR_SCRIPTS / "twin.py", tables=rules.twin.output.keys()
             ),
-            config=part(
+            config=settings_part(
                 *("seed", "rigs"),
                 # what the truth is computed from, beside the campaign file
                 *["oils"] * bool(SIMULATED and CAMPAIGN.twin.thermal_ehl),
@@ -44,10 +44,10 @@ if TORQUE_SIMULATED:
             "<logs>/torque-twin.log",
         localrule: True
         params:
-            code=lambda wildcards: code(
+            code=lambda wildcards: script_digest(
                 SIMULATOR_SCRIPTS / "torque_twin.py", tables=rules.torque_twin.output.keys()
             ),
-            config=part(
+            config=settings_part(
                 "rigs",
                 "oils",
                 "bearings",

@@ -99,7 +99,7 @@ def curves(results: CampaignTables, settings: Settings) -> Sheet:
     oils = list(settings.oils)
     sheet, panels = oil_grid(oils, height=2.2)
     # runs without a stated speed get their measured one: they need not be repeats
-    parts_of_points = results.parts_of_runs("points", ["run_id", "accepted", *CONDITIONS])
+    parts_of_points = results.blocks_of_runs("points", ["run_id", "accepted", *CONDITIONS])
     runs = with_matched_set_points(
         with_measured_set_points(results.runs, parts_of_points), settings
     )
@@ -433,7 +433,7 @@ def _measured_coverage(results: CampaignTables, settings: Settings) -> Sheet:
             temperature=("inlet_temperature_c", "mean"),
             accepted=("accepted", "any"),
         )
-        for part in results.parts_of_runs("points", columns)
+        for part in results.blocks_of_runs("points", columns)
     ]
     means = pd.concat(means_of_parts).sort_values(["oil", "run_id"], ignore_index=True)
     means = means.dropna(subset=["speed", "temperature"])

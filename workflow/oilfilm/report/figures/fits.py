@@ -456,7 +456,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     at the slowest run of the highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
-    parts = results.parts_of_runs("points", [*CURVE_COLUMNS, "lambda_ratio"])
+    parts = results.blocks_of_runs("points", [*CURVE_COLUMNS, "lambda_ratio"])
     points = pd.concat(_points_near_slip(part, level) for part in parts)
     points = points.dropna(subset="lambda_ratio")
     points = _with_levels(points, results.runs)

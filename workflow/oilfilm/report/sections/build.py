@@ -399,7 +399,7 @@ def data_section(results: CampaignTables, settings: Settings) -> Section:
     """Accepted runs and points, coverage of the test matrix, and whether the film was judged."""
     point_counts = Counter[str]()
     unjudged_count_by_oil = Counter[str]()
-    for part in results.parts("points", ["oil", "accepted", "film_judgement"]):
+    for part in results.blocks("points", ["oil", "accepted", "film_judgement"]):
         point_counts.update(all=len(part), accepted=int(part["accepted"].sum()))
         is_unjudged = part["accepted"] & (part["film_judgement"] == "cannot be judged")
         unjudged_count_by_oil.update(part.loc[is_unjudged, "oil"])
@@ -711,7 +711,7 @@ def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     runs = runs.sort_values("refused", ascending=False, kind="stable")
     points_of_run = pd.concat(
         part.groupby("run_id")["accepted"].agg(["sum", "size"])
-        for part in results.parts_of_runs("points", ["run_id", "accepted"])
+        for part in results.blocks_of_runs("points", ["run_id", "accepted"])
     )
     counts = points_of_run.reindex(runs["run_id"], fill_value=0).astype(int)
     passed_texts = [f"{accepted} of {points}" for accepted, points in counts.to_numpy()]
@@ -741,12 +741,12 @@ def drawn_points(results: CampaignTables, points_max: int) -> dict[str, Any]:
         points_max: Largest number of points that are drawn; they are evenly chosen.
     """
     accepted_count = sum(
-        int(part["accepted"].sum()) for part in results.parts("points", ["accepted"])
+        int(part["accepted"].sum()) for part in results.blocks("points", ["accepted"])
     )
     step = max(math.ceil(accepted_count / points_max), 1)
     drawn_parts = []
     count_before = 0
-    for part in results.parts("points", CURVE_COLUMNS):
+    for part in results.blocks("points", CURVE_COLUMNS):
         accepted_points = part[part["accepted"]]
         # each point whose number, counted over all parts, is a multiple of the step
         first_index = -count_before % step
