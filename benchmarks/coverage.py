@@ -39,7 +39,7 @@ from simulated_lab.truth import LawTruth, TrueTraction, true_tractions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from simulated_points import Campaign, RunErrors, spread_conditions
+from simulated_points import PointCampaign, RunErrors, spread_conditions
 
 ROOT = Path(__file__).parents[1]
 OILS = ("4102", "4050", "4010")
@@ -126,7 +126,7 @@ def truth_of(name: str, oil: str) -> TrueTraction:
     if name == "heated film":
         return true_tractions(_settings("thermal"), constants)[oil]
     exact = replace(RunErrors(), **dict.fromkeys(vars(RunErrors()), 0.0))
-    campaign = Campaign(LawTruth(constants[oil]), settings.common_contact(), exact)
+    campaign = PointCampaign(LawTruth(constants[oil]), settings.common_contact(), exact)
     points = campaign.points(conditions_of(72), generator(1, "truth"), oil)
     law = laws_of_oil(oil, settings)[name]
     if name == "wang-deng-critical-load":
@@ -161,7 +161,7 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
             common_load=COMMON.common_load * drawn[1],
             common_temperature_c=COMMON.common_temperature_c * drawn[2],
         )
-    campaign = Campaign(truth_of(truth, oil), settings.common_contact(), errors)
+    campaign = PointCampaign(truth_of(truth, oil), settings.common_contact(), errors)
     matrix = conditions_of(curves)
     points = campaign.points(matrix, random, oil)
     if common:
@@ -187,7 +187,7 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
 def few(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
     """One campaign of 12 runs: error of ln mu and half width, at the corners and in the middle."""
     oil, number = case
-    campaign = Campaign(truth_of("deng2026", oil), _settings("demo").common_contact())
+    campaign = PointCampaign(truth_of("deng2026", oil), _settings("demo").common_contact())
     matrix = conditions_of(12)
     points = campaign.points(matrix, generator(7, "few", oil, str(number)), oil)
     fitted = _fitted(fit_oil(points, oil, _quick(12), number), oil)

@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
-from attacks import attack, carry  # noqa: E402  (the tests' own helpers)
+from attacks import attack, judge_bytes  # noqa: E402  (the tests' own helpers)
 from campaigns import REAL_PCS, printed  # noqa: E402
 from damages import SOUND  # noqa: E402
 from oilfilm.base.randomness import generator  # noqa: E402
@@ -52,7 +52,7 @@ def worker(job: tuple[int, int]) -> tuple[Counter, list[str], float, int]:
         content, config = good[index % len(good)]
         start = time.perf_counter()
         try:
-            verdicts[carry(attack(content, good[0][0], random), config)] += 1
+            verdicts[judge_bytes(attack(content, good[0][0], random), config)] += 1
         except Exception:  # any exception at all is what this looks for
             failures.append(f"share {number}, file {index}:\n{traceback.format_exc()}")
         slowest = max(slowest, time.perf_counter() - start)

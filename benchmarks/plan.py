@@ -28,7 +28,17 @@ from oilfilm.fits.fit import fit_oil  # noqa: E402
 from oilfilm.fits.measured_curves import choose_curves, rms_uncertainty  # noqa: E402
 from oilfilm.torque.next_tests import plan_tests, request_from_settings  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
-from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
+from planned_tests import (  # noqa: E402
+    DUTY,
+    OIL,
+    SETTINGS,
+    SMALL_PLAN,
+    TRUE_CONSTANTS,
+    Errors,
+    refit,
+    run_tests,
+    torques,
+)
 
 Conditions = list[tuple[float, float, float]]
 
@@ -40,7 +50,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
         Shape (2, 2 + designs).
     """
     random = generator(number, "laboratory")
-    points = run_tests(SMALL, random, Errors())
+    points = run_tests(SMALL_PLAN, random, Errors())
     fit = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 300}}).fit
     results = fit_oil(points, OIL, fit, number).replace(points=points)
     request = replace(
@@ -69,7 +79,7 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
         new = run_tests(more, generator(number, "new tests", which), Errors())
         new = new.assign(run_id="new " + new["run_id"])
         constants.append(refit(pd.concat([points, new], ignore_index=True)))
-    errors = np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis]))
+    errors = np.log(torques(np.array(constants)) / torques(TRUE_CONSTANTS[np.newaxis]))
     return np.array([promised, np.mean(errors**2, axis=1)])
 
 
@@ -80,7 +90,7 @@ def main(laboratories: int, count: int, designs: int) -> None:
         results = np.array(list(pool.map(run, range(laboratories))))
     promised, squares = results[:, 0], results[:, 1]
     print(
-        f"{laboratories} laboratories, {len(SMALL)} curves each, {count} tests more; "
+        f"{laboratories} laboratories, {len(SMALL_PLAN)} curves each, {count} tests more; "
         f"{designs} random designs each"
     )
     before, plan, chance = promised[:, 0], promised[:, 1], promised[:, 2:]

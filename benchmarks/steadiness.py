@@ -59,7 +59,7 @@ from bad_campaigns import (
     Fault,
     bad_campaign,
     day_and_night,
-    nothing,
+    no_fault,
 )
 from lawless_truths import TRUTHS
 from surface_campaigns import SLIPS, fitted_law
@@ -77,15 +77,15 @@ RATIOS = (0.0, 0.75, 1.0, 1.25, np.inf)
 def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface]:
     """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
     surface = fitted_surface(campaign)
-    change = largest_change(surface.misfit_covariance, campaign.order)
+    change = largest_change(surface.misfit_covariance, campaign.position)
     swap, misreading = likeliest_swap(surface), likeliest_misreading(surface)
     if misreading is not None and misreading.is_alarm:
         return "factor", misreading.is_misread.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
-        members = np.isin(np.arange(len(campaign.order)), swap.curve_indices).astype(float)
+        members = np.isin(np.arange(len(campaign.position)), swap.curve_indices).astype(float)
         return "labels", members, swap.score, True, surface
     if change is None:
-        return "none", np.zeros(len(campaign.order)), 0.0, False, surface
+        return "none", np.zeros(len(campaign.position)), 0.0, False, surface
     effect = f"{change.effect_name} {change.kind} {change.size:.3g}"
     return effect, change.pattern, change.score, change.is_alarm, surface
 
@@ -199,7 +199,7 @@ def fitted_surface(campaign: BadCampaign) -> Surface:
 
 def printed_change(surface: Surface, campaign: BadCampaign, effect: str, course: str) -> float:
     """The smallest change of a course that is printed for a campaign."""
-    sizes = smallest_visible_changes(surface.misfit_covariance, campaign.order)
+    sizes = smallest_visible_changes(surface.misfit_covariance, campaign.position)
     return float(getattr(sizes, course)[effect])
 
 
@@ -218,15 +218,18 @@ def change_of(effect: str, course: str, begin: int, size: float) -> Fault:
         size: Size in the unit of the effect.
     """
 
-    def fault(conditions, order, random):
-        pattern = order / (len(order) - 1) if course == "trend" else (order >= begin).astype(float)
-        planted = nothing(conditions, pattern, effect, size)
+    def fault(conditions, position, random):
+        if course == "trend":
+            pattern = position / (len(position) - 1)
+        else:
+            pattern = (position >= begin).astype(float)
+        planted = no_fault(conditions, pattern, effect, size)
         planted.true_conditions[:, 2] += size * pattern * (effect == "temperature_k")
         return replace(
             planted,
             gain=np.exp(size * pattern * (effect == "gain")),
             zero=size * pattern * (effect == "zero"),
-            slip=np.exp(size * pattern * (effect == "slip_scale")),
+            slip_factor=np.exp(size * pattern * (effect == "slip_scale")),
         )
 
     return fault
@@ -238,7 +241,7 @@ def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> floa
     Sizes are printed for a trend and a step. That of day and night is found in the same way. It is
     infinite for runs that nothing tells apart but mu: no size is printed for these.
     """
-    smallest = smallest_visible_changes(surface.misfit_covariance, campaign.order)
+    smallest = smallest_visible_changes(surface.misfit_covariance, campaign.position)
     effect = campaign.planted.effect
     if not effect:
         return 0.0

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from law_points import EVERY_LAW, TRUTH
+from law_points import EVERY_LAW, PLAUSIBLE_CONSTANTS
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, fixed_conditions_to_json
 from oilfilm.settings.resolved import Settings
@@ -66,7 +66,7 @@ def describe_law(config: Settings, name: str, left_out: int | None = None) -> De
     """A law with plausible constants; the exponents of one of its groups left out."""
     law = EVERY_LAW[name]
     planted = {}
-    for constant, value in zip(law.constants, TRUTH[name], strict=True):
+    for constant, value in zip(law.constants, PLAUSIBLE_CONSTANTS[name], strict=True):
         if constant.prescribed is not None:
             continue
         planted[constant.name] = value

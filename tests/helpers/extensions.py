@@ -216,7 +216,7 @@ EXTENSIONS = {
         ),
         after(
             "tests/helpers/law_points.py",
-            "TRUTH: dict[str, list[float]] = {\n",
+            "PLAUSIBLE_CONSTANTS: dict[str, list[float]] = {\n",
             '    "hyperbola": [0.01, 0.1, -0.3, -0.2, 100.0, 0.1, 0.2, 0.3, 4.0, -1, 0, 0],\n',
         ),
     ),

@@ -27,7 +27,7 @@ MATRIX["load_n"] = CONTACT.load_n(MATRIX["max_hertz_pressure_gpa"].to_numpy())
 
 # Plausible constants of each law: mu of some 0.03 with a peak or a level near S = 0.05. What
 # stands for a Wang-Deng law on load is that of Deng et al. with an own D.
-TRUTH: dict[str, list[float]] = {
+PLAUSIBLE_CONSTANTS: dict[str, list[float]] = {
     "deng2026": list(printed()["4050"]),
     # b = -X3/20 per K: A falls by 0.3 %, B by 3 % and C by 1 % per K
     "deng-exponential": [
@@ -87,7 +87,7 @@ def compare_laws(
 
 
 def internal_of(law: Law) -> FloatArray:
-    return to_internal(law, np.array(TRUTH[law.name]))
+    return to_internal(law, np.array(PLAUSIBLE_CONSTANTS[law.name]))
 
 
 def observe(law: Law) -> Observations:

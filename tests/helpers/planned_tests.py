@@ -25,11 +25,11 @@ OIL = "4102"
 CONTACT = rig_contact()
 DEMO = resolve(LABORATORY, {}).plain_values()
 SETTINGS = Settings.from_plain_values({**DEMO, "oils": {OIL: DEMO["oils"][OIL]}})
-TRUTH = to_internal(LAW, np.array(printed()[OIL]))
+TRUE_CONSTANTS = to_internal(LAW, np.array(printed()[OIL]))
 SLIP = np.linspace(0, 0.3, 31)
 NO_RIG = np.zeros(4)
 # A small matrix in a corner of the rig's range: twelve runs that leave exponents poorly known.
-SMALL = [(p, u, t) for p in (1.0, 1.5) for u in (25.0, 30.0) for t in (25.0, 60.0, 100.0)]
+SMALL_PLAN = [(p, u, t) for p in (1.0, 1.5) for u in (25.0, 30.0) for t in (25.0, 60.0, 100.0)]
 # Axial load N, inner speed rpm, oil temperature degC.
 DUTY = np.array([[10000.0, 9000.0, 100.0], [10000.0, 12000.0, 100.0], [20000.0, 12000.0, 120.0]])
 
@@ -71,7 +71,9 @@ def run_tests(
     p, u, t = curves.conditions[curves.curve_of_point].T
     true = np.column_stack([p / np.cbrt(1 + load), u / (1 + speed), t - temperature])
     point = np.arange(len(p))
-    mu = LAW.traction(TRUTH, Curves(true, curves.load_n, point, curves.slip).observations(LAW))
+    mu = LAW.traction(
+        TRUE_CONSTANTS, Curves(true, curves.load_n, point, curves.slip).observations(LAW)
+    )
     read = mu / (1 + load) * (1 + force) + zero / curves.load_n[curves.curve_of_point]
     frame = pd.DataFrame(conditions, columns=list(CONDITIONS)).assign(load_n=curves.load_n)
     return accepted_points(OIL, frame, SLIP, read, of_run.point, random)
@@ -88,7 +90,7 @@ def refit(
     load = CONTACT.load_n(data.conditions[:, 0])
     curves = Curves(data.conditions, load, data.curve_of_point, data.slip)
     of_run = of_run or Errors()
-    effect = curve_error_slopes(LAW, TRUTH, curves)
+    effect = curve_error_slopes(LAW, TRUE_CONSTANTS, curves)
     roots = []
     for part in point_indices_by_curve(data.curve_of_point):
         d = effect[part] * of_run.of_curve
@@ -101,16 +103,18 @@ def refit(
         return [root @ part for root, part in zip(roots, np.split(left, ends), strict=True)]
 
     def residual(unknown: FloatArray) -> FloatArray:
-        internal, sensors = np.split(unknown, [len(TRUTH)])
+        internal, sensors = np.split(unknown, [len(TRUE_CONSTANTS)])
         left = data.mu - LAW.traction(internal, at) - of_sensors @ sensors
         return np.concatenate([*whitened(left), sensors])
 
     def slopes(unknown: FloatArray) -> FloatArray:
-        of_law = LAW.jacobian(unknown[: len(TRUTH)], at)
+        of_law = LAW.jacobian(unknown[: len(TRUE_CONSTANTS)], at)
         return np.vstack([*whitened(-np.hstack([of_law, of_sensors])), np.eye(4, len(start), 12)])
 
-    start = np.concatenate([TRUTH, np.zeros(4)])
-    return least_squares(residual, start, slopes, method="lm", x_scale="jac").x[: len(TRUTH)]
+    start = np.concatenate([TRUE_CONSTANTS, np.zeros(4)])
+    return least_squares(residual, start, slopes, method="lm", x_scale="jac").x[
+        : len(TRUE_CONSTANTS)
+    ]
 
 
 def oil_in_bearing() -> OilInBearing:

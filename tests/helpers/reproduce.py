@@ -41,7 +41,7 @@ USUAL = Surroundings(
 )
 
 
-def measured() -> dict[str, str]:
+def coverage_environment() -> dict[str, str]:
     """Environment of a run whose jobs count for coverage."""
     return {name: value for name, value in os.environ.items() if name.startswith("COVERAGE_")}
 
@@ -60,14 +60,14 @@ def unusual(folder: Path) -> Surroundings:
         lacking.append("another date (libfaketime is not installed)")
     before = ["unshare", "--user", "--map-user=65534", "--keep-caps", "--uts", "--net"]
     before += ["sh", "-c", 'hostname elsewhere && exec "$@"', "sh"]
-    if not works([*before, "true"]):
+    if not succeeds([*before, "true"]):
         before = []
         lacking.append("another host name and user id, and no network (unshare is not allowed)")
     before += ["sh", "-c", 'umask 077 && exec "$@"', "sh"]
     return Surroundings("2", {**environment, **clock}, before, lacking=lacking)
 
 
-def works(command: Sequence[str]) -> bool:
+def succeeds(command: Sequence[str]) -> bool:
     try:
         return subprocess.run(command, capture_output=True, check=False).returncode == 0
     except OSError:
@@ -91,7 +91,7 @@ def command(
     Coverage is not measured: its tracer nearly doubles the time of a job. Bytecode is kept: without
     it each job would compile the library anew.
     """
-    left_out = {*measured(), "PYTHONDONTWRITEBYTECODE"}
+    left_out = {*coverage_environment(), "PYTHONDONTWRITEBYTECODE"}
     environment = {
         **{name: value for name, value in os.environ.items() if name not in left_out},
         "PYTHONPATH": os.pathsep.join([str(project / "workflow"), str(GUARD)]),

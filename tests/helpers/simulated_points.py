@@ -90,7 +90,7 @@ class Drift:
 
 
 @dataclass(frozen=True)
-class Campaign:
+class PointCampaign:
     """What a simulated campaign of settled points is made of.
 
     Attributes:

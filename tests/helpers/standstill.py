@@ -12,12 +12,12 @@ Columns = dict[str, np.ndarray]
 RATE_HZ, SPEED_M_S, LOAD_N = 20, 2.0, 40.0
 LEVELS = (0.002, 0.008, 0.015, 0.03, 0.05, 0.08, 0.12)
 UNITS = dict(zip(NAMES, "s N N m/s m/s degC".split(), strict=True))
-LARGEST = 0.05
+LARGEST_MU = 0.05
 
 
-def planted(slip: np.ndarray, slope: float = 5.0, shape: str = "exponential") -> np.ndarray:
-    scaled = slope * slip / LARGEST
-    return LARGEST * (np.tanh(scaled) if shape == "tanh" else 1 - np.exp(-scaled))
+def planted_mu(slip: np.ndarray, slope: float = 5.0, shape: str = "exponential") -> np.ndarray:
+    scaled = slope * slip / LARGEST_MU
+    return LARGEST_MU * (np.tanh(scaled) if shape == "tanh" else 1 - np.exp(-scaled))
 
 
 def log(
@@ -41,7 +41,7 @@ def log(
     before, after = len(rest[0]) + len(ramp), len(rest[1]) + len(ramp)
     slip = np.pad(held, (before, after), mode="edge")
     count, turning = len(slip), share > 0
-    mu = planted(slip, slope, shape) * turning
+    mu = planted_mu(slip, slope, shape) * turning
     # a ramp starts with the thin film of a slow contact: traction of another kind
     mu = mu + 0.08 * (turning & (share < 1))
     time = np.arange(count) / RATE_HZ

@@ -24,10 +24,10 @@ NAMES = tuple(
 def signals(seed: int = 1) -> pd.DataFrame:
     """Rest, three speeds with torques of 2, 3 and 5 N m, rest."""
     levels = np.repeat([0, 1, 2, 3, 0], [120, 160, 160, 160, 120])
-    return measured(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed)
+    return signals_of(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed)
 
 
-def measured(speed: np.ndarray, torque: np.ndarray, seed: int) -> pd.DataFrame:
+def signals_of(speed: np.ndarray, torque: np.ndarray, seed: int) -> pd.DataFrame:
     """Signals of known speed and torque, with a zero of 0.3 N m and noise of 0.05 N m."""
     random = np.random.default_rng(seed)
     count = len(speed)
