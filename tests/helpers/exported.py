@@ -97,7 +97,8 @@ def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
 
 def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """mu by the library's own prediction, not by anything of the exports."""
-    fixed = [each.condition for each in fit.law_with_constants.coefficients.fixed_conditions]
+    coefficients = fit.law_with_constants.coefficients
+    fixed = [fixed_condition.condition for fixed_condition in coefficients.fixed_conditions]
     conditions = rows.assign(**dict.fromkeys(fixed, np.nan))[list(fit.law.conditions)].to_numpy()
     return fit.law_with_constants.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
 

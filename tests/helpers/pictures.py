@@ -66,5 +66,7 @@ def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, 
 
 
 def drawing_of(results: CampaignTables, config: Settings) -> Draw:
-    """Draws a figure by its name; other settings and other tables may be given."""
-    return lambda name, settings=config, **new: draw(name, results.replace(**new), settings)
+    """A function that draws a figure by its name, from other settings or tables if given."""
+    return lambda name, settings=config, **other_tables: draw(
+        name, results.replace(**other_tables), settings
+    )

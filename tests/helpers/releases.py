@@ -93,7 +93,7 @@ def finished_run(
 
 
 def fake_rebuild(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: bytes) -> None:
-    """Stand in for the run of snakemake: the same results, some of them changed."""
+    """Replace snakemake in a rebuild: it gives the same results, some of them changed."""
 
     def run_again(folder: Path, *_: object) -> None:
         config = resolve(folder / "config", {})
@@ -132,7 +132,7 @@ def released(run: FinishedRun) -> Path:
 
 
 def list_files_as_made(run: FinishedRun) -> None:
-    """The steps' list of what they wrote is that of the files as they are."""
+    """Write the list of what the steps have written: the digests of the files as they are now."""
     digests = {
         f"{run.results}/{name}": sha256(path.read_bytes()).hexdigest()
         for name, path in run.files_below_results().items()

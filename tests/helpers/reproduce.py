@@ -26,7 +26,15 @@ GUARD = ROOT / "tests/guard"
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a run finds around it."""
+    """What a run finds around it.
+
+    Attributes:
+        cores: Number of cores.
+        environment: Variables of the environment.
+        before: Program and arguments that start the command.
+        python: The Python that runs it.
+        lacking: What could not be made different, in words.
+    """
 
     cores: str = "1"
     environment: Mapping[str, str] = field(default_factory=dict)
@@ -68,6 +76,7 @@ def unusual(folder: Path) -> Surroundings:
 
 
 def succeeds(command: Sequence[str]) -> bool:
+    """Whether a command can be run and ends without an error."""
     try:
         return subprocess.run(command, capture_output=True, check=False).returncode == 0
     except OSError:
@@ -190,6 +199,7 @@ def files_made(project: Path) -> set[str]:
 
 
 def content(path: Path) -> object:
+    """Bytes of a file, or target of a link."""
     return path.readlink() if path.is_symlink() else path.read_bytes()
 
 
@@ -213,6 +223,7 @@ def copy_logs(campaign: str, project: Path) -> None:
 
 
 def main(campaign: str, python: str = "") -> int:
+    """Run a campaign twice and compare; 0 where all bytes are the same."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-verify-") as folder:
         projects = (Path(folder, "first"), Path(folder, "the second/of two"))
         other = Surroundings("2", python=python) if python else unusual(Path(folder))

@@ -14,7 +14,7 @@ RATE_HZ = 20
 BEARING = "mainshaft-167"
 QUANTITIES = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
 UNITS = dict(zip(QUANTITIES, ("s", "N", "rpm", "degC", "degC", "N m"), strict=True))
-# Columns of the table of torque logs, in the same order.
+# Columns of the table of torque logs: quantities with their units, in the same order.
 NAMES = tuple(
     f"{quantity}_{unit.removeprefix('deg').replace(' ', '_').lower()}"
     for quantity, unit in UNITS.items()
@@ -49,6 +49,7 @@ def by_quantity(frame: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def text(frame: pd.DataFrame, header: str = "# oil: 4050\n") -> bytes:
+    """A log as CSV, below header lines."""
     return header.encode() + frame.to_csv(index=False, lineterminator="\n").encode()
 
 
