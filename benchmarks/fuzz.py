@@ -27,7 +27,7 @@ SLOWEST_S = 5.0
 LARGEST_MIB = 512
 
 
-def seeds() -> list[tuple[bytes, dict]]:
+def sound_logs() -> list[tuple[bytes, dict]]:
     """Good files of each format with the campaign they belong to."""
     demo = resolve(ROOT / "config", {"campaign": "demo"})
     log = next(content for run, content, _ in simulate_campaign(demo, printed()) if not run.defect)
@@ -42,10 +42,10 @@ def seeds() -> list[tuple[bytes, dict]]:
     return good
 
 
-def worker(job: tuple[int, int]) -> tuple[Counter, list[str], float, int]:
-    """Verdicts, failures, slowest time and peak memory of one share."""
+def judge_share(job: tuple[int, int]) -> tuple[Counter, list[str], float, int]:
+    """Verdicts, failures, slowest time in s and peak memory in MiB of one share."""
     number, count = job
-    good, random = seeds(), generator(number, "bench fuzz")
+    good, random = sound_logs(), generator(number, "bench fuzz")
     verdicts: Counter = Counter()
     failures, slowest = [], 0.0
     for index in range(count):
@@ -67,10 +67,11 @@ def main(total: int) -> int:
     failures: list[str] = []
     slowest, peak = 0.0, 0
     with multiprocessing.get_context("spawn").Pool(2) as pool:
-        for done, share in enumerate(pool.imap_unordered(worker, jobs), start=1):
-            verdicts += share[0]
-            failures += share[1]
-            slowest, peak = max(slowest, share[2]), max(peak, share[3])
+        for done, share in enumerate(pool.imap_unordered(judge_share, jobs), start=1):
+            verdicts_of_share, failures_of_share, slowest_of_share, peak_of_share = share
+            verdicts += verdicts_of_share
+            failures += failures_of_share
+            slowest, peak = max(slowest, slowest_of_share), max(peak, peak_of_share)
             if sys.stderr.isatty():
                 print(f"\r{100 * done} of {total}", end="", file=sys.stderr)
     print(f"{sum(verdicts.values())} of {total} ended in a verdict: {dict(verdicts.most_common())}")

@@ -46,6 +46,11 @@ Conditions = list[tuple[float, float, float]]
 def laboratory(count: int, designs: int, number: int) -> FloatArray:
     """Promised uncertainty, and squared actual error: before, by the plan, by each random design.
 
+    Args:
+        count: Number of tests that are added.
+        designs: Number of random designs.
+        number: Number of the laboratory.
+
     Returns:
         Shape (2, 2 + designs).
     """
@@ -59,10 +64,10 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     (plan,) = plan_tests(results, SETTINGS, OIL, request)
     # the plan of the product stops, because drag decides: here the law's part alone counts
     tests = plan.candidates.tests
-    of_each = plan.information.precision_of_curves(
+    precision_of_tests = plan.information.precision_of_curves(
         plan.candidates.curves, plan.candidates.form_error
     )
-    design = choose_curves(plan.information.precision, of_each, plan.gradients, count)
+    design = choose_curves(plan.information.precision, precision_of_tests, plan.gradients, count)
     chosen = [
         design.chosen_indices,
         *(random.choice(len(tests), count, False) for _ in range(designs)),
@@ -70,13 +75,14 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     promised = [design.uncertainty_before]
     added: list[Conditions] = [[]]
     for indices in chosen:
-        state = plan.information.precision + of_each[list(indices)].sum(axis=0)
-        promised.append(float(rms_uncertainty(state, plan.gradients)))
+        precision = plan.information.precision + precision_of_tests[list(indices)].sum(axis=0)
+        promised.append(float(rms_uncertainty(precision, plan.gradients)))
         rows = tests.iloc[indices][list(CONDITIONS)].to_numpy(dtype=float)
         added.append([(p, u, t) for p, u, t in rows])
     constants = [refit(points)]
-    for which, more in enumerate(added[1:]):
-        new = run_tests(more, generator(number, "new tests", which), Errors())
+    for design_number, new_conditions in enumerate(added[1:]):
+        random_of_design = generator(number, "new tests", design_number)
+        new = run_tests(new_conditions, random_of_design, Errors())
         new = new.assign(run_id="new " + new["run_id"])
         constants.append(refit(pd.concat([points, new], ignore_index=True)))
     errors = np.log(torques(np.array(constants)) / torques(TRUE_CONSTANTS[np.newaxis]))

@@ -64,7 +64,8 @@ from bad_campaigns import (
 from lawless_truths import TRUTHS
 from surface_campaigns import SLIPS, fitted_law
 
-WRONG = ("jt", "ect", "sol", "rat", "mix", "pw")
+# Truths for which Deng's law is wrong.
+TRUTHS_OF_NO_LAW = ("jt", "ect", "sol", "rat", "mix", "pw")
 SEEDS = 5
 RUNS = 24
 FEWEST_RUNS = SteadinessLimits().fewest_runs
@@ -75,7 +76,11 @@ RATIOS = (0.0, 0.75, 1.0, 1.25, np.inf)
 
 
 def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface]:
-    """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
+    """What is named, and the surface it follows from.
+
+    Returns:
+        The effect, its course over the curves, its score, whether it is an alarm, and the surface.
+    """
     surface = fitted_surface(campaign)
     change = largest_change(surface.misfit_covariance, campaign.position)
     swap, misreading = likeliest_swap(surface), likeliest_misreading(surface)
@@ -95,9 +100,9 @@ def clean(first: int, last: int) -> None:
     rows = []
     for number in range(first, last):
         is_true = number % 2 == 0
-        truth = "own" if is_true else WRONG[number // 2 % len(WRONG)]
+        truth = "own" if is_true else TRUTHS_OF_NO_LAW[number // 2 % len(TRUTHS_OF_NO_LAW)]
         # each oil in both orders
-        order = ("random", "conditions")[(number // 2 + number // 2 // len(WRONG)) % 2]
+        order = ("random", "conditions")[(number // 2 + number // 2 // len(TRUTHS_OF_NO_LAW)) % 2]
         random = generator(23, "steady", str(number))
         campaign = bad_campaign(TRUTHS[truth], None, order, random, SLIPS)
         what, _, score, is_alarm, surface = judged(campaign)
@@ -159,7 +164,7 @@ def seen(first: int, last: int) -> None:
     """Print how many changes are named, over their size in units of the printed one."""
     rows = []
     for number in range(first, last):
-        truth = "own" if number % 2 == 0 else WRONG[number // 2 % len(WRONG)]
+        truth = "own" if number % 2 == 0 else TRUTHS_OF_NO_LAW[number // 2 % len(TRUTHS_OF_NO_LAW)]
         order = ("random", "conditions")[number // 2 % 2]
         effect = EFFECT_NAMES[number // 4 % len(EFFECT_NAMES)]
         course = ("trend", "step")[number // 16 % 2]
