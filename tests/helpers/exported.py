@@ -11,6 +11,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
 from planted_fits import planted_tables
 
+# Ends of the tested box: P in GPa, U in m/s and T in degC.
 LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
 # Names of oils that would end a comment, a string or an identifier.
