@@ -37,8 +37,11 @@ from oilfilm.releases.stored_release import StoredRelease  # noqa: E402
 from reproduce import succeed  # noqa: E402
 
 NOT_FOUND = "NOT FOUND"
-SHARE = 100
+# Damaged logs of one job.
+LOGS_PER_SHARE = 100
+# Formats of the damaged logs, in turns.
 FORMATS = ("csv", "csv", "csv", "tdms", "lvm", "parquet")
+# Tests of other attacks, by what they attack.
 CASES = {
     "folders, limits, full disks, kills": ["tests/run", "tests/workflow/test_faults.py"],
     "forged and hostile releases and tables": [
@@ -52,7 +55,7 @@ CASES = {
 
 
 @dataclass
-class Logs:
+class LogOutcomes:
     """What became of damaged logs.
 
     Attributes:
@@ -66,11 +69,11 @@ class Logs:
     failures: list[str] = field(default_factory=list)
 
 
-def share(job: tuple[int, int]) -> Logs:
+def outcomes_of_share(job: tuple[int, int]) -> LogOutcomes:
     """One share of the damaged logs."""
     seed, number = job
-    random, found = generator(seed, "attack", str(number)), Logs()
-    for index in range(SHARE):
+    random, outcomes = generator(seed, "attack", str(number)), LogOutcomes()
+    for index in range(LOGS_PER_SHARE):
         log = SOUND[("traction", "torque")[index % 2]]
         donor = SOUND[("torque", "traction")[int(random.integers(0, 2))]].text()
         name = FORMATS[index // 2 % len(FORMATS)]
@@ -78,43 +81,46 @@ def share(job: tuple[int, int]) -> Logs:
         try:
             verdict = curate_logs([("log", content)], log.config, log.kind)
         except Exception:  # any exception at all is what this looks for
-            found.failures.append(f"share {number}, log {index}:\n{traceback.format_exc()}")
+            outcomes.failures.append(f"share {number}, log {index}:\n{traceback.format_exc()}")
             continue
         runs, quarantine = verdict.runs, verdict.quarantine
         ended = runs["verdict"].iloc[0] if len(runs) else "not a run"
-        found.verdicts[quarantine["rule"].iloc[0] if len(quarantine) else ended] += 1
+        outcomes.verdicts[quarantine["rule"].iloc[0] if len(quarantine) else ended] += 1
         written = rows_written(content) if name == "csv" and len(runs) else None
         if written is not None:
             samples = runs["samples"].sum()
             # a line of blanks may be listed as a refused row
             kept = bool(samples <= written <= samples + runs["refused_rows"].sum())
-            found.rows[ended, kept] += 1
+            outcomes.rows[ended, kept] += 1
             if not kept:
-                found.failures.append(f"share {number}, log {index}: {written} rows were written")
-    return found
+                outcomes.failures.append(
+                    f"share {number}, log {index}: {written} rows were written"
+                )
+    return outcomes
 
 
 def damaged_logs(logs: int, seed: int) -> bool:
     """Print what became of damaged logs; whether all is well."""
-    whole, jobs = Logs(), [(seed, number) for number in range(logs // SHARE)]
+    all_outcomes = LogOutcomes()
+    jobs = [(seed, number) for number in range(logs // LOGS_PER_SHARE)]
     with multiprocessing.get_context("spawn").Pool(2) as pool:
-        for done, part in enumerate(pool.imap_unordered(share, jobs), start=1):
-            whole.verdicts += part.verdicts
-            whole.rows += part.rows
-            whole.failures += part.failures
+        for done, part in enumerate(pool.imap_unordered(outcomes_of_share, jobs), start=1):
+            all_outcomes.verdicts += part.verdicts
+            all_outcomes.rows += part.rows
+            all_outcomes.failures += part.failures
             if sys.stderr.isatty():
-                print(f"\r{SHARE * done} of {logs}", end="", file=sys.stderr)
-    ended = sum(whole.verdicts.values())
-    print(f"damaged logs: {ended} of {SHARE * len(jobs)} ended in a verdict")
-    print(f"  {dict(whole.verdicts.most_common())}")
-    for (verdict, kept), count in sorted(whole.rows.items()):
+                print(f"\r{LOGS_PER_SHARE * done} of {logs}", end="", file=sys.stderr)
+    ended = sum(all_outcomes.verdicts.values())
+    print(f"damaged logs: {ended} of {LOGS_PER_SHARE * len(jobs)} ended in a verdict")
+    print(f"  {dict(all_outcomes.verdicts.most_common())}")
+    for (verdict, kept), count in sorted(all_outcomes.rows.items()):
         print(f"  {verdict}, rows counted apart: {count} {'all there' if kept else 'ROWS LOST'}")
-    print("\n".join(whole.failures[:5]), flush=True)
-    return not whole.failures
+    print("\n".join(all_outcomes.failures[:5]), flush=True)
+    return not all_outcomes.failures
 
 
-def flipped(file: Path, seed: int) -> None:
-    """One bit of a file changed in place, its date kept."""
+def flip_bit(file: Path, seed: int) -> None:
+    """Change one bit of a file in place."""
     content = bytearray(file.read_bytes())
     random = generator(seed, "flip", file.name)
     content[random.integers(0, len(content))] ^= 1 << int(random.integers(0, 8))
@@ -135,8 +141,9 @@ def flipped_bits(seed: int) -> bool:
                 continue
             copy = Path(folder, "copy")
             shutil.copytree(release, copy, copy_function=shutil.copyfile)
-            flipped(copy / path, seed)
-            counts["release, " + ("found" if complaints(copy) else f"{NOT_FOUND}: {path}")] += 1
+            flip_bit(copy / path, seed)
+            found = "found" if verify_finds_fault(copy) else f"{NOT_FOUND}: {path}"
+            counts[f"release, {found}"] += 1
             shutil.rmtree(copy)
         # lists have no list; logs and the twin's own truth are not released
         for path in files_below(project / "results/small"):
@@ -144,8 +151,8 @@ def flipped_bits(seed: int) -> bool:
             if path.startswith(("logs/", "made/", "twin/")) or not file.stat().st_size:
                 continue
             before = file.read_bytes()
-            flipped(file, seed)
-            found = "found" if changed_by_lists(project) else f"{NOT_FOUND}: {path}"
+            flip_bit(file, seed)
+            found = "found" if lists_find_change(project) else f"{NOT_FOUND}: {path}"
             counts[f"run, {found}"] += 1
             file.write_bytes(before)
     for what, count in sorted(counts.items()):
@@ -153,14 +160,14 @@ def flipped_bits(seed: int) -> bool:
     return not any(NOT_FOUND in what for what in counts)
 
 
-def changed_by_lists(project: Path) -> bool:
+def lists_find_change(project: Path) -> bool:
     """Whether `sha256sum` finds a file that is not as its step wrote it."""
     lists = [path.relative_to(project) for path in project.glob("results/small/made/*")]
     command = ["sha256sum", "--check", "--status", *map(str, lists)]
     return subprocess.run(command, cwd=project, check=False).returncode == 1
 
 
-def complaints(release: Path) -> bool:
+def verify_finds_fault(release: Path) -> bool:
     """Whether `oilfilm verify` finds fault with a release."""
     try:
         return bool(StoredRelease.open(release).find_changes())
@@ -170,13 +177,13 @@ def complaints(release: Path) -> bool:
 
 def cases() -> bool:
     """Run the tests of attacks and print how many cases each kind has."""
-    well = True
+    all_pass = True
     for name, files in CASES.items():
         command = [sys.executable, "-m", "pytest", "-q", "-n", "2", "-m", "", *files]
         done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False)
         print(f"{name}: {done.stdout.strip().splitlines()[-1]}", flush=True)
-        well &= done.returncode == 0
-    return well
+        all_pass &= done.returncode == 0
+    return all_pass
 
 
 def main(logs: int = 10_000, seed: int = 1) -> int:

@@ -29,9 +29,11 @@ from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.quasistatic import OperatingPoints, raceway_control_equilibrium
 
 BEARING, OIL, TEMPERATURE_C = "mainshaft-167", "4050", 100.0
-POINTS, CORES = 10_000, 2
-BATCH = 1_000
-ROOTS = 50
+# Operating points that are solved at once, in turns, and by SciPy's root finder.
+POINTS = 10_000
+POINTS_IN_TURNS = 1_000
+POINTS_BY_ROOT = 50
+CORES = 2
 
 
 # read and prepared once, as by whoever asks for more than one point
@@ -46,12 +48,12 @@ def operating_points(count: int) -> OperatingPoints:
     return OperatingPoints.from_load_and_speed(random.uniform(5e3, 4e4, count), speed)
 
 
-def some(points: OperatingPoints, which: slice) -> OperatingPoints:
+def selected(points: OperatingPoints, indices: slice) -> OperatingPoints:
     """Some of the points."""
-    return points.at_points(np.arange(len(points.axial_load_n))[which])
+    return points.at_points(np.arange(len(points.axial_load_n))[indices])
 
 
-def rolling(points: OperatingPoints) -> int:
+def raceway_control_count(points: OperatingPoints) -> int:
     """Equilibria with raceway control; how many were found."""
     return int(raceway_control_equilibrium(bearing_of(BEARING), points).solution.converged.sum())
 
@@ -62,37 +64,37 @@ def problem(points: OperatingPoints) -> FrictionProblem:
     return FrictionProblem(bearing_of(BEARING), points, oil, law_of(OIL))
 
 
-def rubbing(points: OperatingPoints) -> tuple[int, np.ndarray]:
+def friction_motions(points: OperatingPoints) -> tuple[int, np.ndarray]:
     """Friction equilibria: how many were found, and the cage's speeds."""
     found = friction_equilibrium(problem(points))
     orbit = found.balance.motion.orbit_speed_rad_s
     return int(found.solution.converged.sum()), orbit
 
 
-def in_turns(points: OperatingPoints, repeats: int) -> float:
+def operation_over_drawing(points: OperatingPoints, repeats: int) -> float:
     """Time of equilibria in operation over that of the drawing's bearing, best of each."""
     drawing = problem(points)
     operation = in_operation(drawing)
-    best = [np.inf, np.inf]
+    best_s = [np.inf, np.inf]
     for _ in range(repeats):
-        for place, at in enumerate((drawing, operation)):
+        for index, friction_problem in enumerate((drawing, operation)):
             start = time.perf_counter()
-            found = friction_equilibrium(at)
-            best[place] = min(best[place], time.perf_counter() - start)
+            found = friction_equilibrium(friction_problem)
+            best_s[index] = min(best_s[index], time.perf_counter() - start)
             assert found.solution.converged.all()
-    return float(best[1] / best[0])
+    return float(best_s[1] / best_s[0])
 
 
-def rubbing_in_chunks(points: OperatingPoints) -> tuple[int, np.ndarray]:
+def friction_motions_in_chunks(points: OperatingPoints) -> tuple[int, np.ndarray]:
     """The same in parts that fit a processor's cache."""
     starts = range(0, len(points.axial_load_n), 100)
-    parts = [rubbing(some(points, slice(start, start + 100))) for start in starts]
+    parts = [friction_motions(selected(points, slice(start, start + 100))) for start in starts]
     return sum(count for count, _ in parts), np.concatenate([orbit for _, orbit in parts])
 
 
-def by_root(points: OperatingPoints, place: int) -> tuple[bool, float]:
+def by_root(points: OperatingPoints, index: int) -> tuple[bool, float]:
     """Friction equilibrium of one point by SciPy's root finder: found or not, the cage's speed."""
-    one = problem(some(points, slice(place, place + 1)))
+    one = problem(selected(points, slice(index, index + 1)))
     scale, here = one.scale(), np.zeros(1, dtype=np.int64)
 
     def forces(unknown: np.ndarray) -> np.ndarray:
@@ -109,40 +111,50 @@ def timed(name: str, work: Callable[[], object], count: int, repeats: int) -> fl
         start = time.perf_counter()
         work()
         best = min(best, time.perf_counter() - start)
-    each = 1e3 * best / count
-    print(f"{name}: {each:.3f} ms a point ({best:.3f} s)")
-    return each
+    ms_per_point = 1e3 * best / count
+    print(f"{name}: {ms_per_point:.3f} ms a point ({best:.3f} s)")
+    return ms_per_point
 
 
 def main() -> None:
     """Time all of it and print how it compares."""
     points = operating_points(POINTS)
-    one = some(points, slice(0, 1))
-    rubbing(one)
-    timed("raceway control, one point", lambda: rolling(one), 1, 50)
-    single = timed("friction equilibrium, one point", lambda: rubbing(one), 1, 50)
-    timed(f"raceway control, {POINTS} points at once", lambda: rolling(points), POINTS, 2)
-    ratio = in_turns(some(points, slice(0, BATCH)), 5)
-    print(f"{BATCH} points in operation over the bearing of the drawing: {ratio:.2f} times")
-    few = some(points, slice(0, ROOTS))
+    one = selected(points, slice(0, 1))
+    friction_motions(one)
+    timed("raceway control, one point", lambda: raceway_control_count(one), 1, 50)
+    single = timed("friction equilibrium, one point", lambda: friction_motions(one), 1, 50)
+    timed(
+        f"raceway control, {POINTS} points at once",
+        lambda: raceway_control_count(points),
+        POINTS,
+        2,
+    )
+    ratio = operation_over_drawing(selected(points, slice(0, POINTS_IN_TURNS)), 5)
+    print(
+        f"{POINTS_IN_TURNS} points in operation over the bearing of the drawing: {ratio:.2f} times"
+    )
+    few = selected(points, slice(0, POINTS_BY_ROOT))
     ends: list[tuple[bool, float]] = []
     naive = timed(
-        f"friction equilibrium by scipy.optimize.root, {ROOTS} points one by one",
-        lambda: ends.extend(by_root(few, place) for place in range(ROOTS)),
-        ROOTS,
+        f"friction equilibrium by scipy.optimize.root, {POINTS_BY_ROOT} points one by one",
+        lambda: ends.extend(by_root(few, index) for index in range(POINTS_BY_ROOT)),
+        POINTS_BY_ROOT,
         1,
     )
-    found, orbit = rubbing(few)
+    found, orbit = friction_motions(few)
     reached = np.array([good for good, _ in ends])
     same = np.isclose([speed for _, speed in ends], orbit, rtol=1e-6)
-    print(f"  found by root: {reached.sum()}, by us: {found} of {ROOTS}; the same: {same.sum()}")
-    parts = [some(points, slice(start, None, CORES)) for start in range(CORES)]
+    print(
+        f"  found by root: {reached.sum()}, by us: {found} of {POINTS_BY_ROOT}; "
+        f"the same: {same.sum()}"
+    )
+    parts = [selected(points, slice(start, None, CORES)) for start in range(CORES)]
     counts: list[int] = []
     with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
-        list(pool.map(rubbing, [one] * CORES))
+        list(pool.map(friction_motions, [one] * CORES))
         many = timed(
             f"friction equilibrium, {POINTS} points on {CORES} processes",
-            lambda: counts.append(sum(n for n, _ in pool.map(rubbing_in_chunks, parts))),
+            lambda: counts.append(sum(n for n, _ in pool.map(friction_motions_in_chunks, parts))),
             POINTS,
             1,
         )

@@ -39,7 +39,7 @@ from simulated_lab.truth import LawTruth, TrueTraction, true_tractions
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from simulated_points import Campaign, RunErrors, spread_conditions
+from simulated_points import PointCampaign, RunErrors, spread_conditions
 
 ROOT = Path(__file__).parents[1]
 OILS = ("4102", "4050", "4010")
@@ -48,12 +48,15 @@ TRUTHS = (
     *("eyring", "carreau", "tanh", "heated film"),
 )
 LEVELS = ([1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0])
+# Numbers of curves of a campaign.
 PLANS = (72, 24, 18, 12)
 QUICK_PLANS = (18, 12)
 NEW_CONDITIONS = 30
 SLIPS = np.linspace(0.01, 0.3, 30)
+# Where the coverage is listed for the documentation.
 TABLE = ROOT / "docs/explanation/coverage.csv"
-COMMON = RunErrors(common_gain=0.005, common_load=0.003, common_temperature_c=0.5)
+# Standard uncertainties of a calibration, which all runs share.
+SHARED_ERRORS = RunErrors(common_gain=0.005, common_load=0.003, common_temperature_c=0.5)
 
 
 def with_calibration(points: pd.DataFrame, errors: RunErrors) -> pd.DataFrame:
@@ -97,8 +100,13 @@ def _settings(campaign: str):
 
 
 @dataclass(frozen=True)
-class PointTruth:
-    """A fitted law as a truth."""
+class FittedTruth:
+    """A fitted law as a truth.
+
+    Attributes:
+        fit: The fit.
+        contact: The contact of the rig, which gives the load of a pressure.
+    """
 
     fit: FittedLaw
     contact: object
@@ -126,7 +134,7 @@ def truth_of(name: str, oil: str) -> TrueTraction:
     if name == "heated film":
         return true_tractions(_settings("thermal"), constants)[oil]
     exact = replace(RunErrors(), **dict.fromkeys(vars(RunErrors()), 0.0))
-    campaign = Campaign(LawTruth(constants[oil]), settings.common_contact(), exact)
+    campaign = PointCampaign(LawTruth(constants[oil]), settings.common_contact(), exact)
     points = campaign.points(conditions_of(72), generator(1, "truth"), oil)
     law = laws_of_oil(oil, settings)[name]
     if name == "wang-deng-critical-load":
@@ -136,7 +144,7 @@ def truth_of(name: str, oil: str) -> TrueTraction:
         fitted = FittedLaw(law, Coefficients.from_constants(law, constants))
     else:
         fitted = _fitted(fit_oil(points, oil, _quick(72), 1, law), oil, law)
-    return PointTruth(fitted, settings.common_contact())
+    return FittedTruth(fitted, settings.common_contact())
 
 
 def _quick(curves: int):
@@ -149,7 +157,12 @@ def _fitted(fit, oil: str, law=None) -> FittedLaw:
 
 
 def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
-    """One campaign: coverage and width of the interval of the mean curve."""
+    """One campaign: coverage and width of the interval of the mean curve.
+
+    Args:
+        case: Name of the truth, oil, number of curves, whether all runs share errors that the
+            calibration states, and number of the campaign.
+    """
     truth, oil, curves, common, number = case
     random = generator(7, "coverage", *map(str, case))
     settings = _settings("demo")
@@ -157,46 +170,49 @@ def trial(case: tuple[str, str, int, bool, int]) -> dict[str, object]:
     if common:
         drawn = random.standard_normal(3)
         errors = RunErrors(
-            common_gain=COMMON.common_gain * drawn[0],
-            common_load=COMMON.common_load * drawn[1],
-            common_temperature_c=COMMON.common_temperature_c * drawn[2],
+            common_gain=SHARED_ERRORS.common_gain * drawn[0],
+            common_load=SHARED_ERRORS.common_load * drawn[1],
+            common_temperature_c=SHARED_ERRORS.common_temperature_c * drawn[2],
         )
-    campaign = Campaign(truth_of(truth, oil), settings.common_contact(), errors)
+    campaign = PointCampaign(truth_of(truth, oil), settings.common_contact(), errors)
     matrix = conditions_of(curves)
     points = campaign.points(matrix, random, oil)
     if common:
-        points = with_calibration(points, COMMON)
+        points = with_calibration(points, SHARED_ERRORS)
     fit = fit_oil(points, oil, _quick(curves), number).replace(points=points)
     fit = with_surface(fit, oil, settings)
     fitted = FittedLaw.from_results(fit, oil)
     (quality,) = tables.rows(fit.fit_quality)
     sound = soundness_row(quality, fitted, points, settings)["sound"]
     conditions = spread_conditions(matrix.min(axis=0), matrix.max(axis=0), NEW_CONDITIONS, random)
-    at, slip = np.repeat(conditions, len(SLIPS), axis=0), np.tile(SLIPS, NEW_CONDITIONS)
-    true = campaign.truth(*at.T, slip)
-    own = fitted.predict(at, slip)
-    mean = np.mean((own.mean_ci_lower <= true) & (true <= own.mean_ci_upper))
-    half = (own.mean_ci_upper - own.mean_ci_lower) / 2 / own.traction_coefficient
+    conditions_of_points = np.repeat(conditions, len(SLIPS), axis=0)
+    slip = np.tile(SLIPS, NEW_CONDITIONS)
+    true_mu = campaign.truth(*conditions_of_points.T, slip)
+    prediction = fitted.predict(conditions_of_points, slip)
+    lower, upper = prediction.mean_ci_lower, prediction.mean_ci_upper
+    share_inside = np.mean((lower <= true_mu) & (true_mu <= upper))
+    half_width = (upper - lower) / 2 / prediction.traction_coefficient
     return {
         "truth": truth, "oil": oil, "curves": curves, "common": common,
-        "mean": mean, "own half": np.median(half),
-        "sound": sound, "mean if sound": mean if sound else np.nan,
+        "mean": share_inside, "own half": np.median(half_width),
+        "sound": sound, "mean if sound": share_inside if sound else np.nan,
     }  # fmt: skip
 
 
-def few(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
+def trial_of_twelve_runs(case: tuple[str, int]) -> tuple[FloatArray, FloatArray]:
     """One campaign of 12 runs: error of ln mu and half width, at the corners and in the middle."""
     oil, number = case
-    campaign = Campaign(truth_of("deng2026", oil), _settings("demo").common_contact())
+    campaign = PointCampaign(truth_of("deng2026", oil), _settings("demo").common_contact())
     matrix = conditions_of(12)
     points = campaign.points(matrix, generator(7, "few", oil, str(number)), oil)
     fitted = _fitted(fit_oil(points, oil, _quick(12), number), oil)
     ends = np.stack([matrix.min(axis=0), matrix.max(axis=0)])
-    at = np.array([*itertools.product(*ends.T), ends.mean(axis=0)])
-    at, slip = np.repeat(at, 3, axis=0), np.tile([0.01, 0.05, 0.3], len(at))
-    own = fitted.predict(at, slip)
-    error = np.log(own.traction_coefficient / campaign.truth(*at.T, slip))
-    return error, np.log(own.mean_ci_upper / own.mean_ci_lower) / 2
+    corners_and_middle = np.array([*itertools.product(*ends.T), ends.mean(axis=0)])
+    conditions = np.repeat(corners_and_middle, 3, axis=0)
+    slip = np.tile([0.01, 0.05, 0.3], len(corners_and_middle))
+    prediction = fitted.predict(conditions, slip)
+    error = np.log(prediction.traction_coefficient / campaign.truth(*conditions.T, slip))
+    return error, np.log(prediction.mean_ci_upper / prediction.mean_ci_lower) / 2
 
 
 def check_few(campaigns: int = 200) -> None:
@@ -205,7 +221,7 @@ def check_few(campaigns: int = 200) -> None:
     The right half width at a point is the 95 % quantile of the error over all campaigns.
     """
     for oil in OILS:
-        campaigns_of_oil = [few((oil, number)) for number in range(campaigns)]
+        campaigns_of_oil = [trial_of_twelve_runs((oil, number)) for number in range(campaigns)]
         error, half = map(np.array, zip(*campaigns_of_oil, strict=True))
         ratio = np.median(half, axis=0) / np.quantile(np.abs(error), 0.95, axis=0)
         held = np.mean(np.abs(error) <= half)

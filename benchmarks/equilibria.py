@@ -34,14 +34,22 @@ OILS = ("4010", "4050", "4102")
 SPEEDS_RPM, TEMPERATURES_C = (6000, 12000, 18000), (40.0, 70.0, 100.0)
 LOADS_N = np.geomspace(500, 20000, 60)
 TOLERANCE = 1e-9
-# Points in one call.
+# Most points in one call, by the name of the way.
 WAYS = {"in one call": 100_000, "in sixties": 60, "alone": 1}
 # Speeds of the cage from which MINPACK starts, over that of a rolling one.
 CAGE_SPEEDS = np.linspace(1.0, 0.0, 41)
 
 
 class Found(NamedTuple):
-    """Fastest and slowest cage's slip, number of equilibria, and marks, one value per point."""
+    """What is found at each point, shapes (points,).
+
+    Attributes:
+        fastest: Cage slip of the fastest cage.
+        slowest: Cage slip of the slowest cage.
+        count: Number of equilibria.
+        held: Whether the band of friction holds the fastest cage (`held_by_band`).
+        complete: Whether all equilibria are found (`is_complete`).
+    """
 
     fastest: np.ndarray
     slowest: np.ndarray
@@ -96,10 +104,11 @@ def found_by_minpack(problem: FrictionProblem, number: int) -> list[float]:
     return sorted({round(speed, 6) for speed in ends})
 
 
-def away(found: Found, reference: Found) -> str:
+def differences(found: Found, reference: Found) -> str:
     """How far the equilibria of all points are from those of a reference."""
-    both = [np.stack(each[:2]) for each in (found, reference)]
-    farthest = np.nanmax(np.abs(both[0] - both[1]))
+    slips = np.stack([found.fastest, found.slowest])
+    reference_slips = np.stack([reference.fastest, reference.slowest])
+    farthest = np.nanmax(np.abs(slips - reference_slips))
     one_only = np.isnan(found.fastest) != np.isnan(reference.fastest)
     return (
         f"slips to {farthest:.1e}, {one_only.sum()} found in one only, "
@@ -147,7 +156,7 @@ def compare_cpus() -> Found:
                 raise SystemExit(f"The process that computes as {name} has failed.")
             for way, found in zip(WAYS, ways_of(file), strict=True):
                 reference = reference or found
-                print(f"{name}, {way}: {away(found, reference)}", flush=True)
+                print(f"{name}, {way}: {differences(found, reference)}", flush=True)
     if reference is None:
         raise SystemExit("This machine has none of the kernels that are compared.")
     return reference

@@ -28,7 +28,7 @@ def main() -> None:
                 numbers += f", error {outcome.error:.2%}, inside {outcome.inside:.0%}"
             print(f"{laboratory.name}: {numbers}", flush=True)
             if not outcome.accepted:
-                print("  " + "\n  ".join(outcome.said.splitlines()[-8:]))
+                print("  " + "\n  ".join(outcome.printed.splitlines()[-8:]))
 
 
 if __name__ == "__main__":

@@ -48,17 +48,15 @@ ROOT = Path(__file__).parents[1]
 CONFIG = resolve(ROOT / "config", {"campaign": "demo"})
 PRINTED = read_printed_constants(ROOT / "data/reference/printed_coefficients.yaml")
 OILS = ("4102", "4050", "4010")
+# Bounds of the internal constants, which are logarithms and exponents.
 LOG_BOX = bounds(PAPER_LAW)
 # What a user who knows the size of mu and no more would allow for the raw constants.
+_EXPONENTS = [(-6, 6)] * 3
 RAW_BOX = np.array(
-    [
-        (low, high)
-        for head in ((-0.2, 0), (0, 10), (0, 200))
-        for low, high in (head, *3 * [(-6, 6)])
-    ],
-    dtype=float,
+    [(-0.2, 0), *_EXPONENTS, (0, 10), *_EXPONENTS, (0, 200), *_EXPONENTS], dtype=float
 )
-CLOSE = 1e-4
+# Success: the SSE is at most this above the best one, relative.
+SUCCESS_TOLERANCE = 1e-4
 
 # A search: the problem, its data and a seed -> the best SSE it ends with.
 Search = Callable[[Problem, CurveData, int], float]
@@ -214,7 +212,7 @@ def contest(oil: str, seeds: int) -> None:
         f"{'method':20s} {'success':>8s} {'s a search':>11s} {'x ours':>7s} {'worst/best SSE':>15s}"
     )
     for name, end in ends.items():
-        won = int((end <= best * (1 + CLOSE)).sum())
+        won = int((end <= best * (1 + SUCCESS_TOLERANCE)).sum())
         print(
             f"{name:20s} {won:3d} / {seeds:2d} {seconds[name]:11.3f} "
             f"{seconds[name] / seconds['oilfilm']:7.1f} {end.max() / best:15.6f}",

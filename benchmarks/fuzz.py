@@ -16,7 +16,7 @@ from pathlib import Path
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT / "tests/helpers"))
 
-from attacks import attack, carry  # noqa: E402  (the tests' own helpers)
+from attacks import attack, judge_bytes  # noqa: E402  (the tests' own helpers)
 from campaigns import REAL_PCS, printed  # noqa: E402
 from damages import SOUND  # noqa: E402
 from oilfilm.base.randomness import generator  # noqa: E402
@@ -27,7 +27,7 @@ SLOWEST_S = 5.0
 LARGEST_MIB = 512
 
 
-def seeds() -> list[tuple[bytes, dict]]:
+def sound_logs() -> list[tuple[bytes, dict]]:
     """Good files of each format with the campaign they belong to."""
     demo = resolve(ROOT / "config", {"campaign": "demo"})
     log = next(content for run, content, _ in simulate_campaign(demo, printed()) if not run.defect)
@@ -42,17 +42,17 @@ def seeds() -> list[tuple[bytes, dict]]:
     return good
 
 
-def worker(job: tuple[int, int]) -> tuple[Counter, list[str], float, int]:
-    """Verdicts, failures, slowest time and peak memory of one share."""
+def judge_share(job: tuple[int, int]) -> tuple[Counter, list[str], float, int]:
+    """Verdicts, failures, slowest time in s and peak memory in MiB of one share."""
     number, count = job
-    good, random = seeds(), generator(number, "bench fuzz")
+    good, random = sound_logs(), generator(number, "bench fuzz")
     verdicts: Counter = Counter()
     failures, slowest = [], 0.0
     for index in range(count):
         content, config = good[index % len(good)]
         start = time.perf_counter()
         try:
-            verdicts[carry(attack(content, good[0][0], random), config)] += 1
+            verdicts[judge_bytes(attack(content, good[0][0], random), config)] += 1
         except Exception:  # any exception at all is what this looks for
             failures.append(f"share {number}, file {index}:\n{traceback.format_exc()}")
         slowest = max(slowest, time.perf_counter() - start)
@@ -67,10 +67,11 @@ def main(total: int) -> int:
     failures: list[str] = []
     slowest, peak = 0.0, 0
     with multiprocessing.get_context("spawn").Pool(2) as pool:
-        for done, share in enumerate(pool.imap_unordered(worker, jobs), start=1):
-            verdicts += share[0]
-            failures += share[1]
-            slowest, peak = max(slowest, share[2]), max(peak, share[3])
+        for done, share in enumerate(pool.imap_unordered(judge_share, jobs), start=1):
+            verdicts_of_share, failures_of_share, slowest_of_share, peak_of_share = share
+            verdicts += verdicts_of_share
+            failures += failures_of_share
+            slowest, peak = max(slowest, slowest_of_share), max(peak, peak_of_share)
             if sys.stderr.isatty():
                 print(f"\r{100 * done} of {total}", end="", file=sys.stderr)
     print(f"{sum(verdicts.values())} of {total} ended in a verdict: {dict(verdicts.most_common())}")

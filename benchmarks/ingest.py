@@ -83,7 +83,7 @@ def read_bare(path: Path) -> int:
     return arrow_csv.read_csv(path, read_options=arrow_csv.ReadOptions(skip_rows=skipped)).num_rows
 
 
-def keep_barely(path: Path, out: Path) -> None:
+def write_and_read_parquet(path: Path, out: Path) -> None:
     """The columns of a log as a Parquet file, written and read again by pyarrow alone."""
     skipped = HEADER_LINES + 1
     read = arrow_csv.read_csv(path, read_options=arrow_csv.ReadOptions(skip_rows=skipped))
@@ -100,7 +100,7 @@ def keep_barely(path: Path, out: Path) -> None:
     parquet.read_table(file, page_checksum_verification=True, use_threads=False)
 
 
-def carry_naively(path: Path, out: Path) -> None:
+def average_with_pandas(path: Path, out: Path) -> None:
     """What one writes first: read a log, group its rows by slip, average each group, keep both.
 
     The standard errors know of autocorrelation, as ours do; nothing else is judged.
@@ -127,7 +127,7 @@ def shares_in(folder: Path) -> dict[int, list[str]]:
     return logs_by_share(names, min(SplitSettings().runs, -(-len(names) // CORES)))
 
 
-def carry_share(share: int, folder: Path, out: Path, config: Settings) -> CuratedTables:
+def process_share(share: int, folder: Path, out: Path, config: Settings) -> CuratedTables:
     """One share of the logs through ingest and curation, every table written and read back."""
     paths = {oil: out / f"samples/oil={oil}/part-{share}.parquet" for oil in config.oils}
     logs = ((file, read_bytes(folder / file)) for file in shares_in(folder)[share])
@@ -140,18 +140,18 @@ def carry_share(share: int, folder: Path, out: Path, config: Settings) -> Curate
     return curated
 
 
-def carry_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: Settings) -> float:
+def process_all(pool: ProcessPoolExecutor, folder: Path, out: Path, config: Settings) -> float:
     """All shares on all cores, then collected and written; CPU time of the pool."""
-    carry = partial(carry_share, folder=folder, out=out, config=config)
-    shares, seconds = spread(pool, carry, shares_in(folder))
+    process = partial(process_share, folder=folder, out=out, config=config)
+    shares, seconds = spread(pool, process, shares_in(folder))
     names = ("points", "runs", "quarantine")
-    of_all = (pd.concat([getattr(share, name) for share in shares]) for name in names)
-    whole = collect(CuratedTables(*of_all), config)
-    tables.write(whole.points, "points", out / "points.parquet", PROVENANCE)
-    tables.write(whole.runs, "runs", out / "runs.parquet", PROVENANCE)
-    tables.write(whole.quarantine, "quarantine", out / "quarantine.parquet", PROVENANCE)
-    accepted = (whole.runs["verdict"] == "accepted").sum()
-    print(f"  {accepted} of {len(whole.runs)} runs accepted, {len(whole.points)} points")
+    joined_tables = (pd.concat([getattr(share, name) for share in shares]) for name in names)
+    collected = collect(CuratedTables(*joined_tables), config)
+    tables.write(collected.points, "points", out / "points.parquet", PROVENANCE)
+    tables.write(collected.runs, "runs", out / "runs.parquet", PROVENANCE)
+    tables.write(collected.quarantine, "quarantine", out / "quarantine.parquet", PROVENANCE)
+    accepted = (collected.runs["verdict"] == "accepted").sum()
+    print(f"  {accepted} of {len(collected.runs)} runs accepted, {len(collected.points)} points")
     return seconds
 
 
@@ -162,10 +162,10 @@ def one_after_the_other(work: Callable[[Path], object], paths: list[Path]) -> fl
     return 0.0
 
 
-def with_cpu_time(work: Callable[[Any], object], given: Any) -> tuple[object, float]:
+def with_cpu_time(work: Callable[[Any], object], argument: Any) -> tuple[object, float]:
     """What a piece of work returns, and the CPU time of the process and its threads meanwhile."""
     start = time.process_time()
-    returned = work(given)
+    returned = work(argument)
     return returned, time.process_time() - start
 
 
@@ -202,9 +202,9 @@ def main(runs: int) -> None:
         print(f"{rows} rows in {len(paths)} logs, {size / 2**20:.0f} MiB, {CORES} processes")
         # fresh processes: those of a fork would share and so hide memory
         with ProcessPoolExecutor(CORES, get_context("spawn")) as pool:
-            keep = partial(keep_barely, out=Path(name, "kept"))
+            keep = partial(write_and_read_parquet, out=Path(name, "kept"))
             works: dict[str, Callable[[], float]] = {
-                "ingest and curation": lambda: carry_all(pool, folder, out, config),
+                "ingest and curation": lambda: process_all(pool, folder, out, config),
                 "bare pyarrow.csv, one process": lambda: one_after_the_other(read_bare, paths),
                 f"bare pyarrow.csv, {CORES} processes": lambda: spread(pool, read_bare, paths, 50)[
                     1
@@ -215,7 +215,7 @@ def main(runs: int) -> None:
             rounds = [{name: times(work) for name, work in works.items()} for _ in range(3)]
         # the least CPU time and the least wall time, each by itself
         best = {name: np.min([taken[name] for taken in rounds], axis=0) for name in works}
-        naive = partial(carry_naively, out=Path(name, "naive"))
+        naive = partial(average_with_pandas, out=Path(name, "naive"))
         best["naive pandas, one process"] = np.array(
             times(lambda: one_after_the_other(naive, paths))
         )

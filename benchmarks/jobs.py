@@ -52,7 +52,7 @@ def main(runs: int, targets: list[str], quick: bool) -> None:
         write_campaign(project, "scale", campaign)
         share = project / "results/scale/parts/points/0"
         snakemake(project, "--until", "points")
-        points = multiply(share, runs)
+        points = replace_runs(share, runs)
         print(f"{runs} runs, {points} points")
         used = snakemake(project, *targets)
         for line in report(used):
@@ -62,7 +62,7 @@ def main(runs: int, targets: list[str], quick: bool) -> None:
                 print(f"{path.name}: {path.stat().st_size / MIB:.0f} MiB")
 
 
-def multiply(share: Path, runs: int) -> int:
+def replace_runs(share: Path, runs: int) -> int:
     """Replace the tables of a share by those of so many runs; the number of points."""
     paths = {name: share / f"{name}.parquet" for name in ("points", "runs", "quarantine")}
     provenance = {name: tables.read_footer(path) for name, path in paths.items()}
@@ -74,7 +74,9 @@ def multiply(share: Path, runs: int) -> int:
         for oil, of_oil in old_runs.groupby("oil"):
             template = of_oil.iloc[0]
             plateaus = old_points[old_points["run_id"] == template["run_id"]]
-            for of_oil_runs, of_oil_points in made(str(oil), template, plateaus, runs // len(OILS)):
+            for of_oil_runs, of_oil_points in runs_and_points(
+                str(oil), template, plateaus, runs // len(OILS)
+            ):
                 add(of_oil_points)
                 made_runs.append(of_oil_runs)
                 count += len(of_oil_points)
@@ -90,11 +92,11 @@ def multiply(share: Path, runs: int) -> int:
     (share / "logs.sha256").write_text(
         listing_text({f"data/raw/scale/{f}": d for f, d in digests.items()})
     )
-    list_again(share)
+    renew_listing(share)
     return count
 
 
-def list_again(share: Path) -> None:
+def renew_listing(share: Path) -> None:
     """Write the digests of the replaced tables over those that the step has listed."""
     results = share.parents[2]
     listed = results / f"made/points-{share.name}.sha256"
@@ -104,14 +106,14 @@ def list_again(share: Path) -> None:
     )
 
 
-def made(
+def runs_and_points(
     oil: str, run: "pd.Series[Any]", plateaus: pd.DataFrame, count: int
 ) -> Iterator[tuple[pd.DataFrame, pd.DataFrame]]:
     """Runs of one oil and their points, some hundred runs at a time."""
     random = np.random.default_rng(int(oil))
     grid = np.meshgrid(*levels(count).values(), indexing="ij")
     conditions = np.column_stack([axis.ravel() for axis in grid])
-    shown = plateaus[list(CONDITIONS)].mean().to_numpy()
+    template_condition = plateaus[list(CONDITIONS)].mean().to_numpy()
     for start in range(0, len(conditions), 1000):
         block = conditions[start : start + 1000]
         names = [f"{oil}_{p:.4f}_{u:.3f}_{t:.3f}.csv" for p, u, t in block]
@@ -120,10 +122,10 @@ def made(
         of_runs = of_runs.assign(run_id=names, file=names, sha256=digests, content_sha256=digests)
         of_runs = of_runs.assign(**{f"nominal_{n}": block[:, i] for i, n in enumerate(CONDITIONS)})
         of_runs = of_runs.astype(tables.empty_table("runs").dtypes.to_dict())
-        each = np.repeat(np.arange(len(block)), len(plateaus))
+        run_of_point = np.repeat(np.arange(len(block)), len(plateaus))
         points = pd.concat([plateaus] * len(block), ignore_index=True)
-        measured = points[list(CONDITIONS)].to_numpy() * (block / shown)[each]
-        error = ERROR_OF_RUN * random.standard_normal(len(block))[each]
+        measured = points[list(CONDITIONS)].to_numpy() * (block / template_condition)[run_of_point]
+        error = ERROR_OF_RUN * random.standard_normal(len(block))[run_of_point]
         mu_se = points["traction_coefficient_se"].to_numpy()
         slip = points["slide_roll_ratio"].to_numpy()
         slip = slip + points["slide_roll_ratio_se"].to_numpy() * random.standard_normal(len(slip))
@@ -134,7 +136,7 @@ def made(
         yield (
             of_runs,
             points.assign(
-                run_id=np.array(names, dtype=object)[each],
+                run_id=np.array(names, dtype=object)[run_of_point],
                 slide_roll_ratio=slip,
                 traction_coefficient=mu,
                 load_n=load,

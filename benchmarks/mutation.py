@@ -63,7 +63,7 @@ class _Places(Visitor):
         return node
 
 
-def without_effect(source: str) -> set[int]:
+def lines_without_effect(source: str) -> set[int]:
     """Lines of type hints and docstrings, and of what only type checkers read."""
     lines: set[int] = set()
     for node in ast.walk(ast.parse(source)):
@@ -78,7 +78,7 @@ def without_effect(source: str) -> set[int]:
     return lines
 
 
-def harmless(source: str) -> set[tuple[int, int]]:
+def harmless_positions(source: str) -> set[tuple[int, int]]:
     """Where `strict=True` or `frozen=True` is: no result changes where sound code has False."""
     return {
         (node.value.lineno, node.value.col_offset)
@@ -90,7 +90,8 @@ def harmless(source: str) -> set[tuple[int, int]]:
 def faults_of(module: Path) -> Iterator[list[Fault]]:
     """The faults of a module, those of one place together."""
     source = module.read_text(encoding="utf-8")
-    left_out, tree, same = without_effect(source), get_ast(source), harmless(source)
+    left_out, harmless = lines_without_effect(source), harmless_positions(source)
+    tree = get_ast(source)
     places: dict[tuple[int, int], list[Fault]] = {}
     for name in sorted(operator_names()):
         if name.startswith("core/Variable"):  # these need names that they are told
@@ -98,7 +99,7 @@ def faults_of(module: Path) -> Iterator[list[Fault]]:
         visitor = _Places(name)
         visitor.walk(tree)
         for occurrence, (start, _) in enumerate(visitor.found):
-            if start[0] not in left_out and start not in same:
+            if start[0] not in left_out and start not in harmless:
                 places.setdefault(start, []).append(Fault(module, start[0], name, occurrence))
     yield from places.values()
 
@@ -110,7 +111,7 @@ def sample(modules: list[Path], count: int) -> list[Fault]:
     return [draw.choice(place) for place in draw.sample(places, min(count, len(places)))]
 
 
-def seen(tree: Path, tests: list[str]) -> bool:
+def tests_see_fault(tree: Path, tests: list[str]) -> bool:
     """Whether any of the tests fails, or does not end, in a process that is forked off."""
     child = os.fork()
     if child == 0:
@@ -142,7 +143,7 @@ def score(tree: Path, room: str, count: int) -> None:
     modules = [each for each in sorted(library.rglob("*.py")) if each.parent.name != "figures"]
     files = [f"tests/{room}", str(library)]
     start = time.process_time() + sum(os.times()[2:4])
-    if seen(tree, files):
+    if tests_see_fault(tree, files):
         sys.exit(f"{room}: the tests fail without any fault")
     # kept bytecode is of the library without faults
     sys.dont_write_bytecode = True
@@ -150,7 +151,7 @@ def score(tree: Path, room: str, count: int) -> None:
     for fault in faults:
         content, stamps = fault.module.read_bytes(), fault.module.stat()
         fault.module.write_text(fault.put_in(content.decode()), encoding="utf-8")
-        if not seen(tree, files):
+        if not tests_see_fault(tree, files):
             missed.append(fault)
         fault.module.write_bytes(content)
         os.utime(fault.module, ns=(stamps.st_atime_ns, stamps.st_mtime_ns))

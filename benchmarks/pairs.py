@@ -36,7 +36,7 @@ from oilfilm.surface.ratio import OilOfPair, fit_ratio
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
 from lawless_truths import TRUTHS
-from planted_pairs import PLANTED, PLANTED_RATIO, RELATIVES, STRANGERS, OilPair, times
+from planted_pairs import PLANTED, PLANTED_RATIO, RELATED, UNRELATED, OilPair, scaled_oil
 from surface_campaigns import (
     PRESSURES,
     SPEEDS,
@@ -132,7 +132,7 @@ def scale() -> None:
         random = generator(23, "pairs", "scale", str(runs))
         conditions = random_conditions(runs, random)
         oils = []
-        for truth in (TRUTHS["jt"], times(TRUTHS["jt"])):
+        for truth in (TRUTHS["jt"], scaled_oil(TRUTHS["jt"])):
             points = simulated(truth, conditions, random)
             oils.append(OilOfPair(points, fitted_law(points)))
         start = time.perf_counter()
@@ -157,11 +157,11 @@ def main(arguments: list[str]) -> None:
         case ["planted"]:
             coverage(PLANTED, every_design, seeds)
         case ["relatives"]:
-            coverage(RELATIVES, every_design, seeds)
+            coverage(RELATED, every_design, seeds)
         case ["strangers"]:
-            coverage(STRANGERS, every_design, seeds)
+            coverage(UNRELATED, every_design, seeds)
         case ["alone"]:
-            coverage(PLANTED | RELATIVES, ("24 latin",), seeds, alone=True)
+            coverage(PLANTED | RELATED, ("24 latin",), seeds, alone=True)
         case ["scale"]:
             scale()
         case []:

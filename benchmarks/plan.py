@@ -28,7 +28,17 @@ from oilfilm.fits.fit import fit_oil  # noqa: E402
 from oilfilm.fits.measured_curves import choose_curves, rms_uncertainty  # noqa: E402
 from oilfilm.torque.next_tests import plan_tests, request_from_settings  # noqa: E402
 from oilfilm.traction.law import CONDITIONS, FloatArray  # noqa: E402
-from planned_tests import DUTY, OIL, SETTINGS, SMALL, TRUTH, Errors, refit, run_tests, torques  # noqa: E402
+from planned_tests import (  # noqa: E402
+    DUTY,
+    OIL,
+    SETTINGS,
+    SMALL_PLAN,
+    TRUE_CONSTANTS,
+    Errors,
+    refit,
+    run_tests,
+    torques,
+)
 
 Conditions = list[tuple[float, float, float]]
 
@@ -36,11 +46,16 @@ Conditions = list[tuple[float, float, float]]
 def laboratory(count: int, designs: int, number: int) -> FloatArray:
     """Promised uncertainty, and squared actual error: before, by the plan, by each random design.
 
+    Args:
+        count: Number of tests that are added.
+        designs: Number of random designs.
+        number: Number of the laboratory.
+
     Returns:
         Shape (2, 2 + designs).
     """
     random = generator(number, "laboratory")
-    points = run_tests(SMALL, random, Errors())
+    points = run_tests(SMALL_PLAN, random, Errors())
     fit = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 300}}).fit
     results = fit_oil(points, OIL, fit, number).replace(points=points)
     request = replace(
@@ -49,10 +64,10 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     (plan,) = plan_tests(results, SETTINGS, OIL, request)
     # the plan of the product stops, because drag decides: here the law's part alone counts
     tests = plan.candidates.tests
-    of_each = plan.information.precision_of_curves(
+    precision_of_tests = plan.information.precision_of_curves(
         plan.candidates.curves, plan.candidates.form_error
     )
-    design = choose_curves(plan.information.precision, of_each, plan.gradients, count)
+    design = choose_curves(plan.information.precision, precision_of_tests, plan.gradients, count)
     chosen = [
         design.chosen_indices,
         *(random.choice(len(tests), count, False) for _ in range(designs)),
@@ -60,16 +75,17 @@ def laboratory(count: int, designs: int, number: int) -> FloatArray:
     promised = [design.uncertainty_before]
     added: list[Conditions] = [[]]
     for indices in chosen:
-        state = plan.information.precision + of_each[list(indices)].sum(axis=0)
-        promised.append(float(rms_uncertainty(state, plan.gradients)))
+        precision = plan.information.precision + precision_of_tests[list(indices)].sum(axis=0)
+        promised.append(float(rms_uncertainty(precision, plan.gradients)))
         rows = tests.iloc[indices][list(CONDITIONS)].to_numpy(dtype=float)
         added.append([(p, u, t) for p, u, t in rows])
     constants = [refit(points)]
-    for which, more in enumerate(added[1:]):
-        new = run_tests(more, generator(number, "new tests", which), Errors())
+    for design_number, new_conditions in enumerate(added[1:]):
+        random_of_design = generator(number, "new tests", design_number)
+        new = run_tests(new_conditions, random_of_design, Errors())
         new = new.assign(run_id="new " + new["run_id"])
         constants.append(refit(pd.concat([points, new], ignore_index=True)))
-    errors = np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis]))
+    errors = np.log(torques(np.array(constants)) / torques(TRUE_CONSTANTS[np.newaxis]))
     return np.array([promised, np.mean(errors**2, axis=1)])
 
 
@@ -80,7 +96,7 @@ def main(laboratories: int, count: int, designs: int) -> None:
         results = np.array(list(pool.map(run, range(laboratories))))
     promised, squares = results[:, 0], results[:, 1]
     print(
-        f"{laboratories} laboratories, {len(SMALL)} curves each, {count} tests more; "
+        f"{laboratories} laboratories, {len(SMALL_PLAN)} curves each, {count} tests more; "
         f"{designs} random designs each"
     )
     before, plan, chance = promised[:, 0], promised[:, 1], promised[:, 2:]

@@ -51,17 +51,17 @@ class Step:
 def main(campaign: str) -> None:
     """Run a campaign twice; print both times, the overhead and the share of each stage."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-run-") as folder:
-        place, again = Path(folder, "snakemake"), Path(folder, "warm")
-        lay_out(place)
+        project, warm_project = Path(folder, "snakemake"), Path(folder, "warm")
+        lay_out(project)
         begun = time.perf_counter()
         options = ("--skip-script-cleanup", "--config", f"campaign={campaign}")
-        succeed(place, *options, around=Surroundings(str(CORES)))
+        succeed(project, *options, around=Surroundings(str(CORES)))
         by_snakemake = time.perf_counter() - begun
-        taken = seconds_of_rules(place)
-        steps = sorted(steps_of(place), key=lambda step: step.script.stat().st_mtime)
-        lay_out(again)
+        taken = seconds_of_rules(project)
+        steps = sorted(steps_of(project), key=lambda step: step.script.stat().st_mtime)
+        lay_out(warm_project)
         import_all()
-        os.chdir(again)
+        os.chdir(warm_project)
         begun = time.perf_counter()
         warm = run_warm(steps)
         in_one_process = time.perf_counter() - begun
@@ -69,34 +69,34 @@ def main(campaign: str) -> None:
         report(taken, warm)
         print(f"\n{len(steps)} jobs by snakemake {by_snakemake:.1f} s, warm {in_one_process:.1f} s")
         print(f"overhead of the workflow: {by_snakemake / in_one_process - 1:.0%}")
-        constants = [coefficients(folder, campaign) for folder in (place, again)]
+        constants = [coefficients(run_folder, campaign) for run_folder in (project, warm_project)]
         print(f"constants of the two: {'equal' if constants[0].equals(constants[1]) else 'DIFFER'}")
 
 
-def coefficients(place: Path, campaign: str) -> pd.DataFrame:
+def coefficients(project: Path, campaign: str) -> pd.DataFrame:
     """The fitted constants of a run."""
-    path = place / "results" / campaign / "tables/coefficients.parquet"
+    path = project / "results" / campaign / "tables/coefficients.parquet"
     return tables.read("coefficients", path)
 
 
-def steps_of(place: Path) -> Iterator[Step]:
+def steps_of(project: Path) -> Iterator[Step]:
     """The jobs whose scripts snakemake has left behind."""
-    for script in (place / ".snakemake/scripts").glob("tmp*.py"):
+    for script in (project / ".snakemake/scripts").glob("tmp*.py"):
         match = _PICKLED.search(script.read_bytes().partition(_END_OF_PREAMBLE)[0])
         if match is None:
             raise SystemExit(f"{script}: the script has no job of Snakemake; was it upgraded?")
         # what this run's own snakemake wrote a moment ago
-        made: Any = pickle.loads(eval(match[1]))
-        files = frozenset(map(str, made.input)), frozenset(map(str, made.output))
-        yield Step(made.rule, script, *files, str(made.log[0]))
+        job: Any = pickle.loads(eval(match[1]))
+        inputs, outputs = frozenset(map(str, job.input)), frozenset(map(str, job.output))
+        yield Step(job.rule, script, inputs, outputs, str(job.log[0]))
 
 
-def seconds_of_rules(place: Path) -> dict[str, float]:
+def seconds_of_rules(project: Path) -> dict[str, float]:
     """Wall time of the jobs of each rule, as snakemake recorded it beside each output."""
     times: dict[tuple[str, str], list[float]] = defaultdict(list)
-    for record in (place / ".snakemake/metadata").iterdir():
-        known = json.loads(record.read_text(encoding="utf-8"))
-        times[known["rule"], str(known["log"])] += [known["starttime"], known["endtime"]]
+    for record in (project / ".snakemake/metadata").iterdir():
+        job = json.loads(record.read_text(encoding="utf-8"))
+        times[job["rule"], str(job["log"])] += [job["starttime"], job["endtime"]]
     seconds: dict[str, float] = defaultdict(float)
     for (rule, _), moments in times.items():
         seconds[rule] += max(moments) - min(moments)

@@ -55,7 +55,7 @@ from surface_campaigns import (
 
 ORDER_TRUTHS = ("own", "jt", "rat", "sol")
 NEW_RUNS, NEW_SLIPS = 40, 12
-PLAIN = without(SETTINGS, "matrix")
+WITHOUT_MATRIX = without(SETTINGS, "matrix")
 DESIGNS = {
     "24 = 2x3x4": grid(ends(PRESSURES), (25.0, 32.0, 40.0), (25.0, 57.0, 88.0, 120.0)),
     "24 = 3x4x2": grid(PRESSURES, SPEEDS, ends(TEMPERATURES)),
@@ -68,11 +68,11 @@ def planned(conditions: FloatArray) -> tuple[FloatArray, list[str]]:
     """Conditions and reasons of the runs that the plan adds to a campaign, in its order."""
     runs = len(conditions)
     measured = MeasuredRuns(conditions, np.full(runs, 0.03), np.full(runs, 0.3))
-    plan = plan_runs(measured, PLAIN, OIL)
+    plan = plan_runs(measured, WITHOUT_MATRIX, OIL)
     return np.array([run.conditions for run in plan.runs]), [run.reason for run in plan.runs]
 
 
-def smallest(
+def smallest_visible(
     truth: str, conditions: FloatArray, pattern: Callable[[FloatArray], FloatArray], effect: str
 ) -> float:
     """The smallest size of a pattern over the runs that is seen; rows are in order of time."""
@@ -116,8 +116,8 @@ def orders() -> None:
     for name, conditions in variants.items():
         row: dict[str, object] = {"order": name, "runs": len(conditions)}
         for truth in ORDER_TRUTHS:
-            gain = 100 * smallest(truth, conditions, trend, "gain")
-            kelvin = smallest(truth, conditions, trend, "temperature_k")
+            gain = 100 * smallest_visible(truth, conditions, trend, "gain")
+            kelvin = smallest_visible(truth, conditions, trend, "temperature_k")
             row[truth] = f"{gain:.1f} % {kelvin:.1f} K"
         rows.append(row)
     print(pd.DataFrame(rows).to_string(index=False), end="\n\n")
@@ -141,7 +141,7 @@ def references() -> None:
             row: dict[str, object] = {"design": design, "reference": name, "new runs": len(new)}
             together = np.concatenate([tested, new])
             for truth in ORDER_TRUTHS:
-                row[truth] = round(100 * smallest(truth, together, step, "gain"), 1)
+                row[truth] = round(100 * smallest_visible(truth, together, step, "gain"), 1)
             rows.append(row)
     print(pd.DataFrame(rows).to_string(index=False), end="\n\n")
 

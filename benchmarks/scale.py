@@ -44,11 +44,11 @@ COMMIT = subprocess.check_output(["git", "-C", ROOT, "rev-parse", "--short", "HE
 ]
 CORES = 2
 OILS = ("4102", "4050", "4010")
-FAR = 10**6
+EXTRAPOLATED_RUNS = 10**6
 SHORT = {"sampling_rate_hz": 10, "slip_steps": 12}
 LONG = {"sampling_rate_hz": 50, "slip_steps": 31}
 FIGURES = ["law-errors", "curves", "coverage", "residuals"]
-# Snakemake's own process.
+# Name of a step by its script: Snakemake's own process.
 NAMES = {"__main__.py": "snakemake"}
 # Whole runs are off the fitted line by no more than this, and the largest one is above the line
 # through the two sizes below it, or through the two smallest ones, by no more.
@@ -146,7 +146,7 @@ def bytes_below(folder: Path) -> int:
     return sum(path.stat().st_size for path in folder.rglob("*") if path.is_file())
 
 
-def measured(
+def rows_of_campaign(
     name: str, runs: int, oils: Iterable[str], logs: dict[str, int], rounds: int
 ) -> Iterator[Row]:
     """One campaign through a dry run and some runs: the least CPU time and the most memory."""
@@ -189,7 +189,7 @@ def main(most: int) -> list[Row]:
     rows = []
     for campaign in plan:
         print(*campaign[:2], "runs", flush=True)
-        rows += measured(*campaign)
+        rows += rows_of_campaign(*campaign)
     return rows
 
 
@@ -199,15 +199,15 @@ def series(rows: list[Row], campaign: str, step: str, quantity: str) -> dict[int
     return {row.runs: row.value for row in rows if (row.campaign, row.step, row.quantity) == key}
 
 
-def line(of_runs: dict[int, float], at: float) -> float:
-    """The value at `at` on the straight line through the values at two numbers of runs."""
-    (one, low), (other, high) = sorted(of_runs.items())[-2:]
-    return low + (high - low) * (at - one) / (other - one)
+def value_on_line(values: dict[int, float], runs: float) -> float:
+    """The value at a number of runs, on the straight line through the two largest sizes."""
+    (size, value), (larger_size, larger_value) = sorted(values.items())[-2:]
+    return value + (larger_value - value) * (runs - size) / (larger_size - size)
 
 
 def extrapolated(values: dict[int, float]) -> float:
     """The value at a million runs, on the line through the largest two sizes unless it falls."""
-    return max(line(values, FAR), values[max(values)])
+    return max(value_on_line(values, EXTRAPOLATED_RUNS), values[max(values)])
 
 
 def steps_of(rows: list[Row], campaign: str = "oils") -> list[str]:
@@ -225,7 +225,12 @@ def report(rows: list[Row]) -> Iterator[str]:
     """Time, memory and bytes by step, the check of the model and its extrapolation, as Markdown."""
     for quantity, title in (("cpu_s", "CPU time (s)"), ("mib", "Memory of one process (MiB)")):
         sizes = sorted(series(rows, "oils", "dry run", quantity))
-        names = [title, *(f"{size:,} runs" for size in sizes), "off the line", f"{FAR:,} runs"]
+        names = [
+            title,
+            *(f"{size:,} runs" for size in sizes),
+            "off the line",
+            f"{EXTRAPOLATED_RUNS:,} runs",
+        ]
         yield from ("", f"| {' | '.join(names)} |", "| --- |" + " --- |" * (len(names) - 1))
         for step in steps_of(rows):
             values = series(rows, "oils", step, quantity)
@@ -294,7 +299,7 @@ def report(rows: list[Row]) -> Iterator[str]:
 def error_of_line(values: dict[int, float]) -> float:
     """By how much the largest size differs from the line through the two below it, relative."""
     *fitted, (largest, value) = sorted(values.items())
-    return value / line(dict(fitted), largest) - 1
+    return value / value_on_line(dict(fitted), largest) - 1
 
 
 def with_smallest(values: dict[int, float]) -> dict[int, float]:

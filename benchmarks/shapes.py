@@ -28,7 +28,7 @@ from oilfilm.traction import PAPER_LAW
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests/helpers"))
 
-from bad_curves import DAMAGES, Damage, damaged
+from bad_curves import CURVE_DAMAGES, CurveDamage, damage_curves
 from lawless_truths import TRUTHS
 from surface_campaigns import (
     PRESSURES,
@@ -48,7 +48,7 @@ SIX_SLIPS = np.geomspace(0.006, 0.29, 6)
 
 
 def trial(
-    damage: Damage | None,
+    damage: CurveDamage | None,
     truth: str,
     conditions: FloatArray,
     bad_count: int,
@@ -62,7 +62,7 @@ def trial(
     is_bad = np.zeros(len(conditions), dtype=bool)
     if damage:
         is_bad[random.permutation(len(conditions))[:bad_count]] = True
-        points = damaged(points, np.flatnonzero(is_bad).tolist(), damage)
+        points = damage_curves(points, np.flatnonzero(is_bad).tolist(), damage)
     start = time.perf_counter()
     oddness = np.array([shape.oddness for shape in curve_shapes(points, PAPER_LAW)])
     is_named, is_refused = oddness > 1, oddness > REFUSED_ODDNESS
@@ -97,7 +97,7 @@ def bad(seeds: range) -> None:
     """Print how many bad curves are named, and how many good ones beside them."""
     rows = []
     for seed in seeds:
-        for damage, truth in itertools.product(DAMAGES, DAMAGED_TRUTHS):
+        for damage, truth in itertools.product(CURVE_DAMAGES, DAMAGED_TRUTHS):
             rows.append(trial(damage, truth, TWELVE, 1, seed))
             rows.append(trial(damage, truth, latin(), 2, seed))
     table = pd.DataFrame(rows)

@@ -59,12 +59,13 @@ from bad_campaigns import (
     Fault,
     bad_campaign,
     day_and_night,
-    nothing,
+    no_fault,
 )
 from lawless_truths import TRUTHS
 from surface_campaigns import SLIPS, fitted_law
 
-WRONG = ("jt", "ect", "sol", "rat", "mix", "pw")
+# Truths for which Deng's law is wrong.
+TRUTHS_OF_NO_LAW = ("jt", "ect", "sol", "rat", "mix", "pw")
 SEEDS = 5
 RUNS = 24
 FEWEST_RUNS = SteadinessLimits().fewest_runs
@@ -75,17 +76,21 @@ RATIOS = (0.0, 0.75, 1.0, 1.25, np.inf)
 
 
 def judged(campaign: BadCampaign) -> tuple[str, np.ndarray, float, bool, Surface]:
-    """What is named: the effect, its course over the curves, its score, whether it is an alarm."""
+    """What is named, and the surface it follows from.
+
+    Returns:
+        The effect, its course over the curves, its score, whether it is an alarm, and the surface.
+    """
     surface = fitted_surface(campaign)
-    change = largest_change(surface.misfit_covariance, campaign.order)
+    change = largest_change(surface.misfit_covariance, campaign.position)
     swap, misreading = likeliest_swap(surface), likeliest_misreading(surface)
     if misreading is not None and misreading.is_alarm:
         return "factor", misreading.is_misread.astype(float), misreading.score, True, surface
     if swap is not None and swap.is_alarm and (change is None or swap.score > change.score):
-        members = np.isin(np.arange(len(campaign.order)), swap.curve_indices).astype(float)
+        members = np.isin(np.arange(len(campaign.position)), swap.curve_indices).astype(float)
         return "labels", members, swap.score, True, surface
     if change is None:
-        return "none", np.zeros(len(campaign.order)), 0.0, False, surface
+        return "none", np.zeros(len(campaign.position)), 0.0, False, surface
     effect = f"{change.effect_name} {change.kind} {change.size:.3g}"
     return effect, change.pattern, change.score, change.is_alarm, surface
 
@@ -95,9 +100,9 @@ def clean(first: int, last: int) -> None:
     rows = []
     for number in range(first, last):
         is_true = number % 2 == 0
-        truth = "own" if is_true else WRONG[number // 2 % len(WRONG)]
+        truth = "own" if is_true else TRUTHS_OF_NO_LAW[number // 2 % len(TRUTHS_OF_NO_LAW)]
         # each oil in both orders
-        order = ("random", "conditions")[(number // 2 + number // 2 // len(WRONG)) % 2]
+        order = ("random", "conditions")[(number // 2 + number // 2 // len(TRUTHS_OF_NO_LAW)) % 2]
         random = generator(23, "steady", str(number))
         campaign = bad_campaign(TRUTHS[truth], None, order, random, SLIPS)
         what, _, score, is_alarm, surface = judged(campaign)
@@ -159,7 +164,7 @@ def seen(first: int, last: int) -> None:
     """Print how many changes are named, over their size in units of the printed one."""
     rows = []
     for number in range(first, last):
-        truth = "own" if number % 2 == 0 else WRONG[number // 2 % len(WRONG)]
+        truth = "own" if number % 2 == 0 else TRUTHS_OF_NO_LAW[number // 2 % len(TRUTHS_OF_NO_LAW)]
         order = ("random", "conditions")[number // 2 % 2]
         effect = EFFECT_NAMES[number // 4 % len(EFFECT_NAMES)]
         course = ("trend", "step")[number // 16 % 2]
@@ -199,7 +204,7 @@ def fitted_surface(campaign: BadCampaign) -> Surface:
 
 def printed_change(surface: Surface, campaign: BadCampaign, effect: str, course: str) -> float:
     """The smallest change of a course that is printed for a campaign."""
-    sizes = smallest_visible_changes(surface.misfit_covariance, campaign.order)
+    sizes = smallest_visible_changes(surface.misfit_covariance, campaign.position)
     return float(getattr(sizes, course)[effect])
 
 
@@ -218,15 +223,18 @@ def change_of(effect: str, course: str, begin: int, size: float) -> Fault:
         size: Size in the unit of the effect.
     """
 
-    def fault(conditions, order, random):
-        pattern = order / (len(order) - 1) if course == "trend" else (order >= begin).astype(float)
-        planted = nothing(conditions, pattern, effect, size)
+    def fault(conditions, position, random):
+        if course == "trend":
+            pattern = position / (len(position) - 1)
+        else:
+            pattern = (position >= begin).astype(float)
+        planted = no_fault(conditions, pattern, effect, size)
         planted.true_conditions[:, 2] += size * pattern * (effect == "temperature_k")
         return replace(
             planted,
             gain=np.exp(size * pattern * (effect == "gain")),
             zero=size * pattern * (effect == "zero"),
-            slip=np.exp(size * pattern * (effect == "slip_scale")),
+            slip_factor=np.exp(size * pattern * (effect == "slip_scale")),
         )
 
     return fault
@@ -238,7 +246,7 @@ def printed_size(campaign: BadCampaign, surface: Surface, fault: object) -> floa
     Sizes are printed for a trend and a step. That of day and night is found in the same way. It is
     infinite for runs that nothing tells apart but mu: no size is printed for these.
     """
-    smallest = smallest_visible_changes(surface.misfit_covariance, campaign.order)
+    smallest = smallest_visible_changes(surface.misfit_covariance, campaign.position)
     effect = campaign.planted.effect
     if not effect:
         return 0.0

@@ -34,7 +34,7 @@ from oilfilm.traction.law import CONDITIONS
 from coverage import ROOT  # isort: skip
 from fit_points import accepted_points
 from lawless_truths import TRUTHS
-from simulated_points import Campaign
+from simulated_points import PointCampaign
 from surface_campaigns import SLIPS, latin, simulated
 
 OIL = "4102"
@@ -78,7 +78,7 @@ def check_steady() -> None:
     """Print the verdict on a campaign of the heated film, by the order of the names of its runs."""
     settings = resolve(ROOT / "config", {"campaign": "demo"})
     quick = settings.fit.model_copy(update={"searches": 2, "bootstrap": 100})
-    campaign = Campaign(truth_of("heated film", OIL), settings.common_contact())
+    campaign = PointCampaign(truth_of("heated film", OIL), settings.common_contact())
     for order in range(RANDOM_ORDERS + 1):
         random = generator(23, "steady film", str(order))
         points = campaign.points(conditions_of(72), random, OIL)

@@ -13,7 +13,7 @@ BY_NAME = {laboratory.name: laboratory for laboratory in LABORATORIES}
 @pytest.mark.parametrize("name", quick_ones(BY_NAME, ["torque in N m"]))
 def test_laboratory_comes_to_mu_by_answers_alone(name: str, tmp_path: Path) -> None:
     outcome = first_use(BY_NAME[name], tmp_path)
-    assert outcome.accepted > 30, outcome.said
+    assert outcome.accepted > 30, outcome.printed
     assert outcome.error < 0.02
     assert outcome.inside > 0.9
     assert outcome.questions <= 8
@@ -23,4 +23,4 @@ def test_torque_without_its_arm_is_not_used(tmp_path: Path) -> None:
     outcome = first_use(BY_NAME["torque in mN m without an arm"], tmp_path)
     assert outcome.accepted == 0
     assert outcome.left_open == 1
-    assert "torque_arm_m" in outcome.said
+    assert "torque_arm_m" in outcome.printed

@@ -206,7 +206,7 @@ def test_log_with_standstill_is_right_after_one_line(tmp_path: Path, offset_n: f
     assert made_project.fill_in() == 1
     points = made_project.points()
     assert len(points) == len(standstill.LEVELS)
-    truth = standstill.planted(points["slide_roll_ratio"].to_numpy())
+    truth = standstill.planted_mu(points["slide_roll_ratio"].to_numpy())
     # five standard errors of a mean of 0.01 N over 2 s at 20 Hz, twice, over 40 N
     np.testing.assert_allclose(points["traction_coefficient"], truth, atol=4e-4)
 

@@ -25,8 +25,10 @@ def block(self: HTML5Translator, node: nodes.math_block) -> None:
     raise nodes.SkipNode
 
 
-def headers(app: Sphinx, page: str, template: str, context: dict[str, Any], tree: object) -> None:
-    """An empty head of a column is no head: programs that read aloud would announce it."""
+def replace_empty_heads(
+    app: Sphinx, page: str, template: str, context: dict[str, Any], tree: object
+) -> None:
+    """Replace empty heads of columns by cells: programs that read aloud would announce them."""
     if "body" in context:
         body = re.sub(r"<th[^>]*>(<p></p>)?</th>", "<td></td>", context["body"])
         context["body"] = body
@@ -35,5 +37,5 @@ def headers(app: Sphinx, page: str, template: str, context: dict[str, Any], tree
 def setup(app: Sphinx) -> dict[str, bool]:
     """Sphinx calls it."""
     app.add_html_math_renderer("mathml", (inline, None), (block, None))
-    app.connect("html-page-context", headers)
+    app.connect("html-page-context", replace_empty_heads)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -31,7 +31,7 @@ class Report(SphinxDirective):
         return [nodes.raw(text=html, format="html")]
 
 
-def copy(app: Sphinx, error: Exception | None) -> None:
+def copy_report(app: Sphinx, error: Exception | None) -> None:
     """Put the report beside the pages."""
     if error is None and REPORT.exists() and app.builder.format == "html":
         shutil.copyfile(REPORT, Path(app.outdir) / FILE)
@@ -40,5 +40,5 @@ def copy(app: Sphinx, error: Exception | None) -> None:
 def setup(app: Sphinx) -> dict[str, bool]:
     """Sphinx calls it."""
     app.add_directive("report", Report)
-    app.connect("build-finished", copy)
+    app.connect("build-finished", copy_report)
     return {"parallel_read_safe": True, "parallel_write_safe": True}

@@ -151,8 +151,8 @@ def way_of_limit() -> list[Step]:
     read = Step("The YAML files of a campaign become settings.", "workflow/rules/common.smk")
     with traced(read):
         settings = settings_of_campaign()
-    listed = Step("The rule passes the section to its script.", "workflow/rules/points.smk")
-    with traced(listed):
+    passed_on = Step("The rule passes the section to its script.", "workflow/rules/points.smk")
+    with traced(passed_on):
         Settings.from_plain_values(settings.plain_part("gates"))
     judged = Step(
         "The limit is read, and each plateau gets its verdict.", "workflow/scripts/points.py"
@@ -167,7 +167,7 @@ def way_of_limit() -> list[Step]:
     checked = reports_on_logs({str(log): log.read_bytes}, settings_of_campaign(), _RAW.parent)
     with traced(shown):
         reports_text(checked)
-    return [read, listed, judged, shown]
+    return [read, passed_on, judged, shown]
 
 
 def way_of_row() -> tuple[list[Step], CampaignTables]:

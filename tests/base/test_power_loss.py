@@ -15,10 +15,10 @@ import pytest
 
 from campaigns import ROOT
 from command_line import succeeded
-from reproduce import works
+from reproduce import succeeds
 
 pytestmark = pytest.mark.skipif(
-    not works(["strace", "-o", "/dev/null", "true"]), reason="strace is missing or may not trace"
+    not succeeds(["strace", "-o", "/dev/null", "true"]), reason="strace is missing or may not trace"
 )
 
 CALLS = (
@@ -126,12 +126,12 @@ RELEASE = """
 from oilfilm.releases.release import make_release
 from oilfilm.settings.resolve import resolve
 from oilfilm import tables
-from releases import made, made_now, project
+from releases import finished_run, list_files_as_made, project
 from campaigns import LABORATORY
 settings = resolve(LABORATORY, {})
 no_runs = {"runs": tables.empty_table("runs")}
-run = made(project(Path("project")), settings, {"a.csv": b"1"}, no_runs)
-made_now(run)
+run = finished_run(project(Path("project")), settings, {"a.csv": b"1"}, no_runs)
+list_files_as_made(run)
 make_release(run, Path("promised"))
 """
 

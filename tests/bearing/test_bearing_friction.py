@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.special import ellipe
 
 from bearings import (
-    RIG,
+    RIG_CONTACT,
     RPM,
     SHIPPED,
     any_bearing,
@@ -285,16 +285,26 @@ def test_any_bearing_finds_its_motion_or_tells(
 
 def on_rig_like_contact(pressure_gpa, radius_m):
     """Conditions of a circular contact of the rig's materials, with balls of a radius."""
-    load = np.pi**3 * radius_m**2 * (pressure_gpa * 1e9) ** 3 / (1.5 * RIG.reduced_modulus_pa**2)
+    load = (
+        np.pi**3
+        * radius_m**2
+        * (pressure_gpa * 1e9) ** 3
+        / (1.5 * RIG_CONTACT.reduced_modulus_pa**2)
+    )
     ones = np.ones_like(load)
     return Conditions(
-        load, pressure_gpa * ones, 30 * ones, 70 * ones, radius_m * ones, RIG.reduced_modulus_pa
+        load,
+        pressure_gpa * ones,
+        30 * ones,
+        70 * ones,
+        radius_m * ones,
+        RIG_CONTACT.reduced_modulus_pa,
     )
 
 
 def test_load_variables_agree_on_the_rigs_own_contact_and_load_alone_tells_ball_sizes_apart():
     laws, slip = [printed_law("4050", name) for name in LOAD_VARIABLES], np.array([[0.01, 0.1]])
-    rig_contacts = on_rig_like_contact(np.array([[1.0], [1.2], [1.5]]), RIG.radius_m)
+    rig_contacts = on_rig_like_contact(np.array([[1.0], [1.2], [1.5]]), RIG_CONTACT.radius_m)
     for law in laws:
         np.testing.assert_allclose(law(rig_contacts, slip), laws[0](rig_contacts, slip))
     # on circular contacts W/(E' R^2) goes with (p/E')^3 alone

@@ -6,7 +6,7 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-from bearings import FOLDER, RPM, SHIPPED, any_bearing, shipped
+from bearings import BEARINGS_FOLDER, RPM, SHIPPED, any_bearing, shipped
 from oilfilm.bearing.quasistatic import (
     OperatingPoints,
     centrifugal_force_n,
@@ -20,7 +20,9 @@ from oilfilm.settings.rig import BallMaterial, BearingFile
 from oilfilm.settings.yaml_file import read_yaml
 
 REFERENCE = yaml.safe_load(
-    (FOLDER.parents[1] / "data/reference/bearing_benchmarks.yaml").read_text(encoding="utf-8")
+    (BEARINGS_FOLDER.parents[1] / "data/reference/bearing_benchmarks.yaml").read_text(
+        encoding="utf-8"
+    )
 )["rows"]
 
 
@@ -137,7 +139,7 @@ def test_contacts_under_unit_load_are_exactly_hertz(name):
 
 
 def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
-    config = load(FOLDER / "harris-218.yaml", BearingFile)
+    config = load(BEARINGS_FOLDER / "harris-218.yaml", BearingFile)
     ceramic = BallMaterial(
         youngs_modulus_pa=310e9, poisson_ratio=0.26, density_kg_m3=3200, expansion_1_k=3.2e-6
     )
@@ -175,7 +177,7 @@ def test_a_hybrid_bearing_is_stiffer_and_its_balls_lighter():
     ],
 )
 def test_impossible_geometry_is_refused_by_name(changes, key, words):
-    changed_values = merge(read_yaml(FOLDER / "harris-218.yaml").values, changes)
+    changed_values = merge(read_yaml(BEARINGS_FOLDER / "harris-218.yaml").values, changes)
     mistake = first_mistake(changed_values, BearingFile)
     assert mistake.startswith(f"`{key}`: found")
     assert words in mistake
@@ -183,7 +185,7 @@ def test_impossible_geometry_is_refused_by_name(changes, key, words):
 
 def test_ceramic_balls_need_their_own_expansion():
     ball = {"youngs_modulus_pa": 310e9, "poisson_ratio": 0.26, "density_kg_m3": 3200.0}
-    without_expansion = merge(read_yaml(FOLDER / "harris-218.yaml").values, {"ball": ball})
+    without_expansion = merge(read_yaml(BEARINGS_FOLDER / "harris-218.yaml").values, {"ball": ball})
     assert "expansion_1_k" in first_mistake(without_expansion, BearingFile)
     with_expansion = merge(without_expansion, {"ball": {"expansion_1_k": 3.2e-6}})
     assert BearingFile.model_validate(with_expansion).ball.expansion_1_k == 3.2e-6

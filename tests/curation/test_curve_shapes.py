@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 import bad_logs
-from bad_curves import DAMAGES, Damage, film_collapse, late_by_a_step, one_step_high
+from bad_curves import CURVE_DAMAGES, CurveDamage, film_collapse, late_by_a_step, one_step_high
 from bad_logs import CONFIG, RATE_HZ
 from campaigns import rig_contact
 from lawless_truths import TRUTHS
@@ -34,7 +34,9 @@ def late_by_a_zero(mu: FloatArray, slip: FloatArray, pressure_gpa: float) -> Flo
     return np.append(0.0, mu[:-1])
 
 
-def log(condition: FloatArray, slips: FloatArray, seed: int, damage: Damage | None = None) -> bytes:
+def log(
+    condition: FloatArray, slips: FloatArray, seed: int, damage: CurveDamage | None = None
+) -> bytes:
     """A log of an oil of no law, in steps of slip between two phases of pure rolling."""
     random = np.random.default_rng(seed)
     pressure, speed, celsius = condition
@@ -74,7 +76,7 @@ def log(condition: FloatArray, slips: FloatArray, seed: int, damage: Damage | No
 
 
 def judged(
-    conditions: FloatArray, slips: FloatArray, bad: dict[int, Damage] | None = None
+    conditions: FloatArray, slips: FloatArray, bad: dict[int, CurveDamage] | None = None
 ) -> CuratedTables:
     """The verdicts on one log per condition, some of them with a defect."""
     damages = bad or {}
@@ -100,11 +102,13 @@ def told(curated: CuratedTables) -> dict[str, str]:
     "damage",
     [
         pytest.param(damage, marks=() if damage in QUICK else pytest.mark.nightly)
-        for damage in DAMAGES
+        for damage in CURVE_DAMAGES
     ],
     ids=lambda damage: damage.__name__,
 )
-def test_log_with_a_defect_that_no_oil_has_is_refused_or_warned_about_and_no_other(damage: Damage):
+def test_log_with_a_defect_that_no_oil_has_is_refused_or_warned_about_and_no_other(
+    damage: CurveDamage,
+):
     curated = judged(TWELVE, TEN_SLIPS, {5: damage})
     texts = told(curated)
     assert list(texts) == ["05.csv"]
@@ -158,7 +162,7 @@ def test_clean_logs_at_six_log_spaced_slips_are_accepted():
     ],
 )
 def test_first_log_alone_is_warned_about_what_no_oil_does(
-    damage: Damage, slips: FloatArray, sentence: str
+    damage: CurveDamage, slips: FloatArray, sentence: str
 ):
     curated = judged(ALONE, slips, {0: damage})
     assert sentence in told(curated)["00.csv"]

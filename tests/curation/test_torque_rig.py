@@ -72,7 +72,7 @@ def test_torque_of_a_stop_in_the_middle_is_no_torque_of_a_speed(config, stop_row
     # static friction holds 0.8 N m
     torque[440 : 440 + stop_rows] = 0.8
     runs, refused = measured(
-        [("a.csv", text(torque_logs.measured(3000.0 * levels, torque, 1)))], config
+        [("a.csv", text(torque_logs.signals_of(3000.0 * levels, torque, 1)))], config
     )
     assert refused.empty
     assert runs["inner_speed_rpm"].round(-1).tolist() == [3000, 6000, 9000]
@@ -87,7 +87,7 @@ def test_ramps_between_levels_are_no_part_of_them(config, acceleration_rpm_s):
         ramp = np.arange(before, level, np.sign(level - before) * acceleration_rpm_s / RATE_HZ)
         speed += [ramp, np.full(held_s * RATE_HZ if level else 8 * RATE_HZ, level)]
     speed = np.concatenate(speed)
-    frame = torque_logs.measured(speed, speed / 3000, seed=5)
+    frame = torque_logs.signals_of(speed, speed / 3000, seed=5)
     runs, _ = measured([("a.csv", text(frame))], config)
     kept = runs[runs["accepted"]]
     np.testing.assert_allclose(kept["inner_speed_rpm"], levels, rtol=1e-3)

@@ -146,7 +146,7 @@ def test_channel_that_is_renewed_in_every_fourth_row_and_freezes_is_refused() ->
 def test_bearing_that_stands_still_for_a_while_has_no_stuck_speed() -> None:
     levels = np.repeat([0, 1, 0, 2, 3, 0], [120, 160, 140, 160, 160, 120])
     torque = np.array([0.0, 2.0, 3.0, 5.0])[levels]
-    log = torque_logs.text(torque_logs.measured(3000.0 * levels, torque, 1))
+    log = torque_logs.text(torque_logs.signals_of(3000.0 * levels, torque, 1))
     curated = curate_logs([("log", log)], CONFIG, TorqueRig)
     assert rules(curated) == []
     kept = curated.points[curated.points["accepted"]]
@@ -212,7 +212,7 @@ def test_log_is_to_be_cut_where_its_load_changes_and_not_where_it_wavers(changin
 def test_stuck_torque_is_named_even_if_no_speed_is_held() -> None:
     ramp = np.linspace(0, 3000, 40)
     speed_rpm = np.concatenate([np.zeros(120), ramp, ramp[::-1], np.zeros(120)])
-    log = torque_logs.measured(speed_rpm, np.zeros(len(speed_rpm)), 1).assign(torque_n_m=2.0)
+    log = torque_logs.signals_of(speed_rpm, np.zeros(len(speed_rpm)), 1).assign(torque_n_m=2.0)
     curated = curate_logs([("log", torque_logs.text(log))], CONFIG, TorqueRig)
     assert len(curated.points) == 0
     assert rules(curated) == ["stuck_sensor"]

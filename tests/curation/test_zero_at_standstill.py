@@ -13,7 +13,7 @@ from nights import examples
 from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.curation.zero import zero_reference
-from standstill import LARGEST, LEVELS, LOAD_N, UNITS, log, planted
+from standstill import LARGEST_MU, LEVELS, LOAD_N, UNITS, log, planted_mu
 
 SHARE = CONFIG.curation.zero_reference.max_traction_share
 
@@ -27,7 +27,7 @@ def judged(values: Columns, zero: str) -> CuratedTables:
 
 def largest_error(curated: CuratedTables, slope: float = 5.0, shape: str = "exponential") -> float:
     points = curated.points[curated.points["accepted"]]
-    truth = planted(points["slide_roll_ratio"].to_numpy(), slope, shape)
+    truth = planted_mu(points["slide_roll_ratio"].to_numpy(), slope, shape)
     return float(np.abs(points["traction_coefficient"] - truth).max())
 
 
@@ -148,5 +148,5 @@ def test_zero_of_an_opening_phase_is_right_or_refused(
     accepted = curated.runs["verdict"].tolist() == ["accepted"]
     if accepted:
         # what the share allows, and the noise of the slope that it is judged by
-        assert largest_error(curated, slope, shape) < 1.5 * SHARE * LARGEST + NOISE
+        assert largest_error(curated, slope, shape) < 1.5 * SHARE * LARGEST_MU + NOISE
     assert accepted or first > 0

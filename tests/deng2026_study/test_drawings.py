@@ -21,7 +21,7 @@ from pictures import (
     drawing_of,
     is_as_wide_as_a_column,
     nothing_is_cut_off,
-    of_oils,
+    settings_of_oils,
 )
 
 OILS = ["4102", "4050", "4010"]
@@ -151,7 +151,7 @@ PICTURES = ["fig01", "fig03", "fig07"]
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
     drawing: Draw, config: Settings, tmp_path: Path, name: str, oils: list[str]
 ) -> None:
-    figure, _ = drawing(name, of_oils(config, oils))
+    figure, _ = drawing(name, settings_of_oils(config, oils))
     assert nothing_is_cut_off(figure)
     # all else is in the caption
     assert [text.get_text() for text in figure.texts] in ([], ["SIMULATED"])

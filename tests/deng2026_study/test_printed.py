@@ -277,14 +277,14 @@ def test_open_signs_leave_mu_of_4010_open_by_a_factor_of_nine() -> None:
     # worked out apart from this code, at 1.5 GPa, 40 m/s, 120 degC and S 0.01
     law = deng2026_study.printed(4010)
     at, slip = np.array([[1.5, 40.0, 120.0]] * 2), np.array([0.01, -0.01])
-    lower, upper = law.sign_range(at, slip)
+    lower, upper = law.mu_range_over_open_signs(at, slip)
     np.testing.assert_allclose(lower, [0.0018, -0.0157], atol=5e-5)
     np.testing.assert_allclose(upper, [0.0157, -0.0018], atol=5e-5)
     assert "0.0018 to 0.016" in law.warnings[0]
     # no sign of 4102 is open
     sure = deng2026_study.printed("4102")
     assert sure.warnings == ()
-    np.testing.assert_array_equal(*sure.sign_range(at, slip))
+    np.testing.assert_array_equal(*sure.mu_range_over_open_signs(at, slip))
 
 
 def test_printed_law_shows_its_constants_and_only_known_oils_have_one() -> None:

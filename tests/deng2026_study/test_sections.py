@@ -21,7 +21,7 @@ from oilfilm.report.text import text_report
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from reports import by_anchor, cells, told
+from reports import by_anchor, cells, sentences
 from simulated_lab.printed import PrintedCoefficients
 
 
@@ -52,10 +52,10 @@ def demo_tables(demo: Campaign) -> CampaignTables:
 
 def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
     made = by_anchor(demo_tables, demo.config)
-    assert "212 of 218 runs and 6572 of 6743 points are accepted." in told(made["data"])
+    assert "212 of 218 runs and 6572 of 6743 points are accepted." in sentences(made["data"])
     matrix = "212 of 216 conditions of the test matrix are accepted. Refused: 4. Missing: none."
-    assert f"{matrix} Tested outside the matrix: 1." in told(made["data"])
-    assert "STAND-IN properties are used for 4102, 4050" in told(made["data"])
+    assert f"{matrix} Tested outside the matrix: 1." in sentences(made["data"])
+    assert "STAND-IN properties are used for 4102, 4050" in sentences(made["data"])
     (stuck,) = (fact for fact in made["refused"].facts if "stuck sensor. " in fact.text)
     assert stuck.text.startswith("4050_P1.50_U35_T085.csv: stuck sensor. The traction force is")
     assert "force sensor" in stuck.advice
@@ -85,8 +85,8 @@ def test_report_tells_what_the_paper_claims(demo_tables: CampaignTables, demo: C
     assert cells(made["claims"], "claim-verdicts", linear)["printed constants"] == "holds"
     # of nine exponents; the fit of 20 refits is not sure of those near zero
     signs = r"The fits confirm [5-9] of 9 signs in use\.( Sign not known: 4010 .*\.)? CIRCULAR"
-    assert re.search(signs, told(made["printed"]))
-    assert "CIRCULAR" in told(made["claims"])
+    assert re.search(signs, sentences(made["printed"]))
+    assert "CIRCULAR" in sentences(made["claims"])
 
 
 def test_text_has_the_answer_first_and_no_keys(demo_tables: CampaignTables, demo: Campaign) -> None:
@@ -113,8 +113,8 @@ def test_unknown_sign_is_beside_its_interval(demo_tables: CampaignTables, demo: 
     )
     together = demo_tables.replace(coefficients=constants)
     section = by_anchor(together, demo.config)["constants"]
-    assert "11 of 12 constants are known. Sign unknown: B2." in told(section)
-    assert "spans -0.0213 to 0.774." in told(section)
+    assert "11 of 12 constants are known. Sign unknown: B2." in sentences(section)
+    assert "spans -0.0213 to 0.774." in sentences(section)
     row = cells(section, "constants0", "B2")
     assert row["Joint interval"].startswith("\N{MINUS SIGN}0.02")  # the one that decides
 
@@ -125,7 +125,7 @@ def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign)
     def line(constants: pd.DataFrame, campaign: Settings = demo.config) -> str:
         results = demo_tables.replace(coefficients=constants)
         made = {section.anchor: section for section in study.sections(results, campaign)}
-        return told(made["printed"])
+        return sentences(made["printed"])
 
     beside = add_printed_values(fits, load(REFERENCE, PrintedCoefficients))
     sure = fits.assign(verdict="known", value=beside["printed_value"])

@@ -15,7 +15,7 @@ from oilfilm.fits.measured_curves import (
     precision_by_curve,
 )
 from oilfilm.traction import LAWS
-from planned_tests import SMALL, TRUTH, Errors, curves_at, run_tests
+from planned_tests import SMALL_PLAN, TRUE_CONSTANTS, Errors, curves_at, run_tests
 
 NONE = Errors(0, 0, 0, 0, 0, 0)
 FIELDS = ("load", "force", "speed", "temperature_c", "zero_n")
@@ -25,14 +25,18 @@ LARGE = [(p, u, t) for p in (1.0, 1.25, 1.5) for u in (25.0, 32.0, 40.0) for t i
 @pytest.mark.parametrize("number", range(len(CURVE_ERRORS)), ids=CURVE_ERRORS)
 def test_effect_is_what_a_rig_with_that_error_would_read(number: int) -> None:
     """The simulated rig runs at the true conditions; `curve_error_slopes` has slopes of the law."""
-    curves = curves_at(SMALL)
+    curves = curves_at(SMALL_PLAN)
     size = 1e-4
     random = generator(3, "effect", number)
-    points = run_tests(SMALL, random, replace(NONE, **{FIELDS[number]: size}))
-    drawn = generator(3, "effect", number).standard_normal((len(SMALL), 5))[:, number]
-    difference = points["traction_coefficient"] - LAW.traction(TRUTH, curves.observations(LAW))
+    points = run_tests(SMALL_PLAN, random, replace(NONE, **{FIELDS[number]: size}))
+    drawn = generator(3, "effect", number).standard_normal((len(SMALL_PLAN), 5))[:, number]
+    difference = points["traction_coefficient"] - LAW.traction(
+        TRUE_CONSTANTS, curves.observations(LAW)
+    )
     expected = (
-        size * drawn[curves.curve_of_point] * curve_error_slopes(LAW, TRUTH, curves)[:, number]
+        size
+        * drawn[curves.curve_of_point]
+        * curve_error_slopes(LAW, TRUE_CONSTANTS, curves)[:, number]
     )
     np.testing.assert_allclose(difference, expected, atol=2e-3 * np.abs(expected).max())
 
@@ -42,7 +46,7 @@ def test_an_error_of_the_temperature_counts_at_0_degc_as_near_it() -> None:
     slopes = []
     for temperature_c in (0.0, 0.1):
         curves = curves_at([(1.25, 30.0, temperature_c)])
-        slopes_by_error = curve_error_slopes(law, TRUTH, curves).T
+        slopes_by_error = curve_error_slopes(law, TRUE_CONSTANTS, curves).T
         slopes.append(slopes_by_error[CURVE_ERRORS.index("inlet temperature")])
     at_zero, near_zero = slopes
     assert np.abs(at_zero).max() > 0
@@ -55,8 +59,8 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
     found = []
     for number in range(24):
         problem = problem_of(run_tests(LARGE, generator(number, "sizes"), planted))
-        slopes = problem.jacobian(TRUTH)
-        fitted = TRUTH - np.linalg.lstsq(slopes, problem.residual(TRUTH))[0]
+        slopes = problem.jacobian(TRUE_CONSTANTS)
+        fitted = TRUE_CONSTANTS - np.linalg.lstsq(slopes, problem.residual(TRUE_CONSTANTS))[0]
         effect = curve_error_slopes(LAW, fitted, curves_at(LARGE))
         residual = -problem.residual(fitted)
         sizes = error_variances(
@@ -72,8 +76,8 @@ def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
 
 def test_a_curve_of_many_points_is_one_draw_of_its_errors() -> None:
     """1/(v + s^2/sum d^2) of a parameter that acts as the run's error: s^2 shrinks, v stays."""
-    curves = curves_at(SMALL[:1])
-    effect = curve_error_slopes(LAW, TRUTH, curves)
+    curves = curves_at(SMALL_PLAN[:1])
+    effect = curve_error_slopes(LAW, TRUE_CONSTANTS, curves)
     effect[:, 1:] = 0.0
     sizes = ErrorVariances(np.array([1e-6, 0, 0, 0, 0]), 1e-10)
     for times in (1, 2, 100):

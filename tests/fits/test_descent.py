@@ -6,7 +6,7 @@ from scipy.optimize import least_squares
 
 from campaigns import printed
 from fit_points import LAW, make_points, matrix, polished, problem_of
-from law_points import EVERY_LAW, TRUTH, points_of
+from law_points import EVERY_LAW, PLAUSIBLE_CONSTANTS, points_of
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray, IndexArray
 from oilfilm.fits.descent import descend
@@ -31,7 +31,7 @@ def task() -> Problem:
 
 def fitted(name: str, noise: float = 2e-4) -> tuple[Problem, Optimum]:
     """A law fitted to noisy points of its own."""
-    return polished(points_of(EVERY_LAW[name], noise), TRUTH[name], EVERY_LAW[name])
+    return polished(points_of(EVERY_LAW[name], noise), PLAUSIBLE_CONSTANTS[name], EVERY_LAW[name])
 
 
 def scipy_end(
@@ -89,8 +89,8 @@ def test_resampled_refits_end_where_scipy_ends(name: str) -> None:
 
 def test_refits_that_leave_a_bound_end_where_scipy_ends(monkeypatch: pytest.MonkeyPatch) -> None:
     """A critical load far below all loads: some resamples say nothing of it."""
-    weak = [*TRUTH["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
-    monkeypatch.setitem(TRUTH, "wang-deng-critical-load", weak)
+    weak = [*PLAUSIBLE_CONSTANTS["wang-deng-load"], 0.01, -1.0, 0.0, 0.0]
+    monkeypatch.setitem(PLAUSIBLE_CONSTANTS, "wang-deng-critical-load", weak)
     problem, best = fitted("wang-deng-critical-load", 1e-3)
     draws = draw_curves(problem.observations.design, 12, generator(3, "refits"))
     ends, sse = refit(problem, best.constants, draws.astype(float))

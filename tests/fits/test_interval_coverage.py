@@ -21,7 +21,7 @@ from oilfilm.fits.uncertainty import (
 )
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.law import to_internal
-from simulated_points import Campaign, heated_film_truth, law_truth, spread_conditions
+from simulated_points import PointCampaign, heated_film_truth, law_truth, spread_conditions
 
 SMALL = np.array(list(itertools.product([1.0, 1.5], [25.0, 32.0, 40.0], [30.0, 100.0])))
 
@@ -31,8 +31,8 @@ def conditions(config: Settings) -> np.ndarray:
     return np.array(list(itertools.product(*config.campaign.matrix.model_dump().values())))
 
 
-def campaign(config: Settings, oil: str) -> Campaign:
-    return Campaign(law_truth(oil), config.common_contact())
+def campaign(config: Settings, oil: str) -> PointCampaign:
+    return PointCampaign(law_truth(oil), config.common_contact())
 
 
 @pytest.mark.nightly
@@ -95,7 +95,7 @@ def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, f
     some = conditions[(run + run // 6 + run // 24) % 3 == 0]  # every level, 24 runs
     parts = []
     for oil in printed():
-        source = Campaign(truths[oil], config.common_contact())
+        source = PointCampaign(truths[oil], config.common_contact())
         random = generator(3, "new runs", str(film), oil)
         points = source.points(some, random, oil)
         fit = fit_oil(points, oil, settings, 1).replace(points=points)

@@ -9,7 +9,7 @@ import pytest
 
 from campaigns import needs_study
 from fit_points import polished
-from law_points import EVERY_LAW, MATRIX, TRUTH, compare_laws, internal_of, points_of
+from law_points import EVERY_LAW, MATRIX, PLAUSIBLE_CONSTANTS, compare_laws, internal_of, points_of
 from nights import nightly
 from oilfilm import tables
 from oilfilm.base.randomness import generator
@@ -70,7 +70,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
     law = LAWS["tanh"]
     points = points_of(law, 1e-3)
     few = points[points["run_id"].isin([f"run{number:03d}" for number in range(0, 48, 3)])]
-    task, best = polished(few, TRUTH[law.name], law)
+    task, best = polished(few, PLAUSIBLE_CONSTANTS[law.name], law)
     errors = errors_at_curves_left_out(task, best, settings, np.random.default_rng(1))
     group = np.arange(task.curve_count)
     if groups < task.curve_count:
@@ -94,7 +94,7 @@ def test_curves_left_out_are_those_of_brute_force(quick: Settings, groups: int) 
 
 def test_only_the_end_levels_are_extrapolated_to(quick: Settings) -> None:
     points = points_of(LAWS["deng2026"])
-    task, best = polished(points, TRUTH["deng2026"])
+    task, best = polished(points, PLAUSIBLE_CONSTANTS["deng2026"])
     levels = level_numbers_by_gap(MATRIX["inlet_temperature_c"].to_numpy(), 0.05)
     errors = errors_at_ends_left_out(task, best, levels, quick.fit)
     ends = np.isin(levels[task.observations.curve_of_point], [0, 3])
@@ -113,7 +113,7 @@ def test_one_level_left_leaves_a_constant_open_however_it_scatters(
     two = points["max_hertz_pressure_gpa"].isin([1.0, 1.5])
     of_run = points["run_id"].map(lambda run: generator(1, run).standard_normal())
     points["max_hertz_pressure_gpa"] *= 1 + scatter * of_run
-    task, best = polished(points[two], TRUTH[law.name])
+    task, best = polished(points[two], PLAUSIBLE_CONSTANTS[law.name])
     pressures = task.data.conditions[:, 0]
     for levels in (
         level_numbers_by_gap(pressures, 0.05),

@@ -25,7 +25,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.surface import Surface
-from simulated_points import Campaign, Drift, Truth, heated_film_truth, law_truth
+from simulated_points import Drift, PointCampaign, Truth, heated_film_truth, law_truth
 
 RUNS = 24
 NUMBER = np.arange(RUNS)
@@ -62,7 +62,7 @@ def points_of(
     random = np.random.default_rng(seed)
     conditions = matrix() if in_order else matrix()[random.permutation(RUNS)]
     other = law_truth("4010")
-    campaign = Campaign(
+    campaign = PointCampaign(
         truth or law_truth(oil), settings.common_contact(), drift=drift, other=other
     )
     return campaign.points(conditions, random, oil)

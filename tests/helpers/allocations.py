@@ -7,7 +7,7 @@ from contextlib import contextmanager
 
 @contextmanager
 def peak_bytes() -> Iterator[Callable[[], int]]:
-    """Count the allocations of a block; the peak can be asked for behind it."""
+    """Count the allocations of a block; yields a function that gives their peak after it."""
     peak = 0
     tracemalloc.start()
     try:

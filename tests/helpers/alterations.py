@@ -13,37 +13,38 @@ VALUES = [
     *("", "x", "\x1b[31m", "\u202e", "..", "/etc/passwd", "2026-02-30", "1e9", "A" * 100_000),
     *([], {}, [None], [[]], {"x": 1}),
 ]
-Steps = tuple[Any, ...]
+# Keys of groups and indices of lists, from the outermost one to the innermost one.
+KeyPath = tuple[Any, ...]
 
 
-def steps_below(value: Any) -> list[Steps]:
-    """The steps to everything in a group or list."""
+def key_paths_below(value: Any) -> list[KeyPath]:
+    """The path to everything in a group or list."""
     if not isinstance(value, dict | list):
         return []
-    found: list[Steps] = []
-    for step in value if isinstance(value, dict) else range(len(value)):
-        found.append((step,))
-        found += [(step, *below) for below in steps_below(value[step])]
-    return found
+    paths: list[KeyPath] = []
+    for key in value if isinstance(value, dict) else range(len(value)):
+        paths.append((key,))
+        paths += [(key, *path) for path in key_paths_below(value[key])]
+    return paths
 
 
 def alter(values: Any, random: np.random.Generator) -> None:
     """Remove something, wrap it, repeat it, name it anew, or put another value in its place."""
-    found = steps_below(values)
-    *groups, last = found[int(random.integers(len(found)))]
-    for step in groups:
-        values = values[step]
-    kind = int(random.integers(7))
-    if kind == 0:
-        del values[last]
-    elif kind == 1:
-        values[last] = {"x": values[last]}
-    elif kind == 2:
-        values[last] = [values[last], values[last]]
-    elif kind == 3 and isinstance(values, dict):
-        values[str(any_value(random))] = values.pop(last)
+    paths = key_paths_below(values)
+    *outer_keys, last_key = paths[int(random.integers(len(paths)))]
+    for key in outer_keys:
+        values = values[key]
+    kind_of_alteration = int(random.integers(7))
+    if kind_of_alteration == 0:
+        del values[last_key]
+    elif kind_of_alteration == 1:
+        values[last_key] = {"x": values[last_key]}
+    elif kind_of_alteration == 2:
+        values[last_key] = [values[last_key], values[last_key]]
+    elif kind_of_alteration == 3 and isinstance(values, dict):
+        values[str(any_value(random))] = values.pop(last_key)
     else:
-        values[last] = any_value(random)
+        values[last_key] = any_value(random)
 
 
 def any_value(random: np.random.Generator) -> Any:

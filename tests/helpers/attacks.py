@@ -16,21 +16,24 @@ from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.settings.resolved import Settings
 
 Lines = list[bytes]
+# Damages a log. Arguments: its bytes, those of another log, random numbers.
 Mutator = Callable[[bytes, bytes, Generator], bytes]
 
 _NUMBER = re.compile(rb"-?\d+\.\d+(?:e-?\d+)?")
+# Bytes of a sector of a disk.
 _SECTOR = 512
-_ABSURD = (
+# What no cell holds: numbers, markup, beginnings of other formats.
+_ABSURD_TEXTS = (
     *(b"nan", b"inf", b"-inf", b"1e999", b"9" * 400, b"-0", b"1,5", b'"', b"=HYPERLINK(1)"),
     *(bytes(50), b"\xff\xfe", b"\xff" * 8, b"\xff\xff\xff\x7f", b"\x00" * 7 + b"\xf0\x7f"),
     *(b"\r", b"\n\n\n", b",,,,,,,,", b"\t" * 30, b"# oil: \n", b"TDSm", b"PAR1", b"X_Value\t"),
     *(b"***End_of_Header***\n", b"Channels\t99999999999999999999\n"),
     b"Step 1 started at 99/99/9999 99:99:99\n",
 )
-_ENDS = (b"\r\n", b"\r", b"\n\n", b"\n\r", b"\x0b", b" \n", b",\n", b";\n")
+_LINE_ENDS = (b"\r\n", b"\r", b"\n\n", b"\n\r", b"\x0b", b" \n", b",\n", b";\n")
 _ENCODINGS = ("utf-16", "utf-16-be", "utf-8-sig", "utf-32", "cp037", "utf-7")
-# Other digits, exponents, marks and signs of a number.
-_FORMS: tuple[Callable[[bytes], bytes], ...] = (
+# Changes of a number: other digits, exponents, decimal marks and signs.
+_CHANGES_OF_NUMBER: tuple[Callable[[bytes], bytes], ...] = (
     lambda number: number.replace(b".", b","),
     lambda number: number.replace(b".", b""),
     lambda number: number + b"e400",
@@ -49,7 +52,13 @@ def _any(choices: Sequence[Any], random: Generator) -> Any:
 
 
 def _stretch(size: int, most: int, random: Generator) -> tuple[int, int]:
-    """A stretch of a whole of some size."""
+    """Start and end of a random stretch of something.
+
+    Args:
+        size: Size of the whole.
+        most: The stretch is shorter than this.
+        random: Source of chance.
+    """
     start = int(random.integers(0, max(size, 1)))
     return start, min(size, start + int(random.integers(1, most)))
 
@@ -71,7 +80,7 @@ def cut(content: bytes, _: bytes, random: Generator) -> bytes:
 def absurd(content: bytes, _: bytes, random: Generator) -> bytes:
     """Something absurd between the bytes, over them, or in a cell."""
     start, _stop = _stretch(len(content), 2, random)
-    text, kind = _any(_ABSURD, random), int(random.integers(0, 3))
+    text, kind = _any(_ABSURD_TEXTS, random), int(random.integers(0, 3))
     if kind < 2:
         # over what is there: lengths and offsets of a binary file stay in step
         return content[:start] + text + content[start + kind * len(text) :]
@@ -82,14 +91,17 @@ def absurd(content: bytes, _: bytes, random: Generator) -> bytes:
 
 def spliced(content: bytes, donor: bytes, random: Generator) -> bytes:
     """The first part of one log and the last of another."""
-    stop, start = (random.integers(0, len(each) + 1) for each in (content, donor))
+    stop = random.integers(0, len(content) + 1)
+    start = random.integers(0, len(donor) + 1)
     return content[:stop] + donor[start:]
 
 
 def numbers(content: bytes, _: bytes, random: Generator) -> bytes:
     """One number of a hundred is written otherwise."""
     return _NUMBER.sub(
-        lambda match: match[0] if random.random() > 0.01 else _any(_FORMS, random)(match[0]),
+        lambda match: (
+            match[0] if random.random() > 0.01 else _any(_CHANGES_OF_NUMBER, random)(match[0])
+        ),
         content,
     )
 
@@ -108,7 +120,7 @@ def encoded(content: bytes, _: bytes, random: Generator) -> bytes:
 
 def line_ends(content: bytes, _: bytes, random: Generator) -> bytes:
     """Other line ends."""
-    return content.replace(b"\n", _any(_ENDS, random))
+    return content.replace(b"\n", _any(_LINE_ENDS, random))
 
 
 def _in_lines(change: Callable[[Lines, Lines, Generator], Lines], name: str) -> Mutator:
@@ -157,13 +169,13 @@ def rows_written(content: bytes) -> int | None:
         return None
     lines = [line for line in re.split(rb"\r\n|\n|\r", content) if re.search(rb"\w", line)]
     named = [line for line in lines if b"time [s]" in line and not line.startswith(b"#")]
-    marks = named[0].count(b",") if named else 0
-    rows = [line for line in lines if line.lstrip()[:1] != b"#" or line.count(b",") == marks]
+    comma_count = named[0].count(b",") if named else 0
+    rows = [line for line in lines if line.lstrip()[:1] != b"#" or line.count(b",") == comma_count]
     return len(rows) - 1 if len(named) == 1 else None
 
 
-def carry(content: bytes, config: Settings, kind: type[RigKind] = TractionRig) -> str:
-    """Read and curate one damaged file; the rule or verdict it ends in.
+def judge_bytes(content: bytes, config: Settings, kind: type[RigKind] = TractionRig) -> str:
+    """Read and curate one file of any bytes; the rule or verdict it ends in.
 
     Asserts what must hold for any bytes. Readers raise where a row is lost.
     """

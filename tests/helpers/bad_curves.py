@@ -8,7 +8,8 @@ import numpy as np
 from oilfilm.base.units import FloatArray
 from oilfilm.surface.measurements import Measurements
 
-Damage = Callable[[FloatArray, FloatArray, float], FloatArray]
+# Damages one curve. Arguments: its mu and its slips, in ascending order, and its pressure in GPa.
+CurveDamage = Callable[[FloatArray, FloatArray, float], FloatArray]
 
 
 def film_collapse(mu: FloatArray, slip: FloatArray, pressure_gpa: float) -> FloatArray:
@@ -49,7 +50,7 @@ def pump_stop(mu: FloatArray, slip: FloatArray, pressure_gpa: float) -> FloatArr
     return mu * factor
 
 
-DAMAGES: tuple[Damage, ...] = (
+CURVE_DAMAGES: tuple[CurveDamage, ...] = (
     film_collapse,
     late_by_a_step,
     scuffing,
@@ -59,7 +60,7 @@ DAMAGES: tuple[Damage, ...] = (
 )
 
 
-def damaged(measurements: Measurements, rows: list[int], damage: Damage) -> Measurements:
+def damage_curves(measurements: Measurements, rows: list[int], damage: CurveDamage) -> Measurements:
     """The points with some curves damaged; each curve is in ascending order of slip."""
     mu = measurements.mu.copy()
     for row in rows:

@@ -28,6 +28,7 @@ PCS_CONFIG = resolve(ROOT / "config", {"campaign": "etm-slim"}).with_changes(
     {"campaign": {"set_points": SET_POINTS}}
 )
 RATE_HZ = 20
+# Slide-roll ratio of each phase of the good run.
 PHASES = (0.0, 0.05, 0.10, 0.20, 0.0)
 KEYS = {**formats.KEYS, "inlet_temperature_c": 70}
 UNITS = dict(zip(formats.NAMES, "s N N rpm rpm degC".split(), strict=True))
@@ -72,7 +73,12 @@ UNITS_TWICE = {**UNITS, "entrainment_speed": "mm/s", "slide_roll_ratio": "%"}
 
 
 def logged_twice(speed: float = 30e3, per_slip: float = 100.0) -> Columns:
-    """The good run with the set points of speed and slip beside the speeds of ball and disc."""
+    """The good run with the set points of speed and slip beside the speeds of ball and disc.
+
+    Args:
+        speed: Entrainment speed in mm/s, which is 30e3 by ball and disc.
+        per_slip: Logged slide-roll ratio over the true one; 100 for per cent.
+    """
     slip = np.repeat(PHASES, round(4.0 * RATE_HZ))
     speeds = {"entrainment_speed": np.full_like(slip, speed)}
     return {**good(), **speeds, "slide_roll_ratio": per_slip * slip}

@@ -22,20 +22,20 @@ from oilfilm.torque.load_variables import LawInBearing
 from oilfilm.traction import LAWS
 
 CONFIG = Path(__file__).parents[2] / "config"
-FOLDER = CONFIG / "bearings"
+BEARINGS_FOLDER = CONFIG / "bearings"
 SHIPPED = ("harris-218", "mainshaft-167", "nasa-35")
 RPM = np.pi / 30  # rad/s
-RIG = rig_contact()
+RIG_CONTACT = rig_contact()
 SETTINGS = load(CONFIG / "config.yaml", Config).bearing
 
 
 def shipped(name: str) -> Bearing:
-    return load(FOLDER / f"{name}.yaml", BearingFile).bearing(name)
+    return load(BEARINGS_FOLDER / f"{name}.yaml", BearingFile).bearing(name)
 
 
 def exact_keys(name: str) -> dict[str, dict[str, list[float]]]:
     """Keys of the bearing's file with ranges of almost no width."""
-    file = load(FOLDER / f"{name}.yaml", BearingFile)
+    file = load(BEARINGS_FOLDER / f"{name}.yaml", BearingFile)
     exact = {}
     for section in ("mounting", "oil_supply"):
         keys = getattr(file, section)
@@ -75,7 +75,9 @@ def any_bearing(
 def printed_law(oil: str, load_variable: str = "stress") -> LawInBearing:
     law = LAWS["deng2026"]
     fitted = FittedLaw(law, Coefficients.from_constants(law, printed()[oil]))
-    return LawInBearing.from_fit(fitted, load_variable, RIG, SETTINGS.law_floor.model_dump())
+    return LawInBearing.from_fit(
+        fitted, load_variable, RIG_CONTACT, SETTINGS.law_floor.model_dump()
+    )
 
 
 def lubrication(

@@ -17,18 +17,18 @@ from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 
-# Warnings that other runs of the campaign give.
-OF_CAMPAIGN = ("constant_channel", "unusual_shape", "odd_alone")
+# Names of warnings that follow from the other runs of the campaign.
+CAMPAIGN_WARNINGS = ("constant_channel", "unusual_shape", "odd_alone")
 
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of one laboratory.
+    """What became of one laboratory's logs.
 
     Attributes:
         false_alarms: Sound logs that were refused or named.
         refused_points: Share of the points of sound logs that were refused.
-        silent: Faults of which nothing was said.
+        silent: Faults that no rule or warning named.
         misnamed: Faults that were stopped by a rule that sends people the wrong way.
         right: How many faults were stopped or named by a right rule.
         faults: How many there were.
@@ -61,30 +61,37 @@ def curated(project: Path, settings: Settings) -> CuratedTables:
 
 def outcome(laboratory: Laboratory, verdicts: CuratedTables) -> Outcome:
     """Detection and false alarms of curation."""
-    runs, listed = verdicts.runs.set_index("file"), verdicts.quarantine
+    runs, quarantine = verdicts.runs.set_index("file"), verdicts.quarantine
     # a run of which most plateaus fail names their gates in its sentence
-    said = (listed["rule"] + ": " + listed["reason"]).groupby(listed["file"]).agg(" ".join)
-    told = {
-        file: f"{said.get(file, '')} {warning}".strip()
-        for file, warning in runs["warning"]
-        .map("; ".join)
-        .reindex(runs.index.union(said.index), fill_value="")
-        .items()
-        if file in said
-        or any(name in warning for name in (*(each.name for each in WARNINGS), *OF_CAMPAIGN))
-    }
+    refusals = quarantine["rule"] + ": " + quarantine["reason"]
+    refusal_of_file = refusals.groupby(quarantine["file"]).agg(" ".join)
+    files = runs.index.union(refusal_of_file.index)
+    warning_of_file = runs["warning"].map("; ".join).reindex(files, fill_value="")
+    names_of_warnings = [*(warning.name for warning in WARNINGS), *CAMPAIGN_WARNINGS]
+    complaint_of_file = {}
+    for file, warning in warning_of_file.items():
+        if file in refusal_of_file or any(name in warning for name in names_of_warnings):
+            complaint_of_file[file] = f"{refusal_of_file.get(file, '')} {warning}".strip()
     sound = {log.file for log in laboratory.sound}
     accepted = set(runs.index[runs["verdict"] == "accepted"])
-    false_alarms = [f"{f}: {told.get(f)}" for f in sorted(sound) if f in told or f not in accepted]
-    right = [
-        log for log in laboratory.faulty if any(r in told.get(log.file, "") for r in log.rules)
+    false_alarms = [
+        f"{file}: {complaint_of_file.get(file)}"
+        for file in sorted(sound)
+        if file in complaint_of_file or file not in accepted
     ]
-    silent = [log.fault for log in laboratory.faulty if log.file not in told]
-    other = [log for log in laboratory.faulty if log.file in told and log not in right]
-    misnamed = [f"{log.fault}: {told[log.file]}" for log in other]
-    points, faults = _of(verdicts, sound), len(laboratory.faulty)
-    refused = float((~points["accepted"]).mean())
-    return Outcome(false_alarms, refused, silent, misnamed, len(right), faults)
+    right_count = 0
+    silent, misnamed = [], []
+    for log in laboratory.faulty:
+        complaint = complaint_of_file.get(log.file)
+        if complaint is None:
+            silent.append(log.fault)
+        elif any(rule in complaint for rule in log.rules):
+            right_count += 1
+        else:
+            misnamed.append(f"{log.fault}: {complaint}")
+    refused_share = float((~_points_of_files(verdicts, sound)["accepted"]).mean())
+    fault_count = len(laboratory.faulty)
+    return Outcome(false_alarms, refused_share, silent, misnamed, right_count, fault_count)
 
 
 def with_fits(
@@ -102,18 +109,19 @@ def with_fits(
                 outcome.named.append(log.fault)
             elif log.file in odd and not log.fault:
                 outcome.false_alarms.append(log.file)
-        alone = fit_oil(_of(verdicts, sound), oil, settings.fit, settings.seed)
-        outcome.inside.extend(_inside(alone, laboratory.oils[oil].constants))
-        outcome.rms[oil] = _rms(alone, laboratory, oil)
+        fit_of_sound = fit_oil(_points_of_files(verdicts, sound), oil, settings.fit, settings.seed)
+        outcome.inside.extend(_constants_inside(fit_of_sound, laboratory.oils[oil].constants))
+        outcome.rms[oil] = _rms(fit_of_sound, laboratory, oil)
 
 
-def _of(verdicts: CuratedTables, files: set[str]) -> pd.DataFrame:
+def _points_of_files(verdicts: CuratedTables, files: set[str]) -> pd.DataFrame:
     runs = verdicts.runs
     points = verdicts.points
     return points[points["run_id"].isin(runs.loc[runs["file"].isin(files), "run_id"])]
 
 
-def _inside(fit: CampaignTables, truth: list[float]) -> Iterator[bool]:
+def _constants_inside(fit: CampaignTables, truth: list[float]) -> Iterator[bool]:
+    """For each constant, whether its interval holds the truth."""
     rows = fit.coefficients.set_index("constant")
     names = [name for name in rows.index if name[-1:].isdigit()]
     for name, value in zip(names, truth, strict=True):
@@ -126,8 +134,8 @@ def _rms(fit: CampaignTables, laboratory: Laboratory, oil: str) -> float:
     fitted = FittedLaw.from_tables(fit.coefficients, oil)
     conditions = np.array(list(product((1.0, 1.2, 1.4), (16.0, 24.0, 34.0), (42.0, 65.0, 88.0))))
     slip = np.array([0.01, 0.03, 0.08, 0.15])
-    at = np.repeat(conditions, len(slip), axis=0)
-    slips = np.tile(slip, len(conditions))
-    truth = laboratory.oils[oil].traction(*at.T, slips)
-    mu = fitted.predict(at, slips).traction_coefficient
-    return float(np.sqrt(np.mean((mu / truth - 1) ** 2)))
+    conditions_of_points = np.repeat(conditions, len(slip), axis=0)
+    slip_of_points = np.tile(slip, len(conditions))
+    true_mu = laboratory.oils[oil].traction(*conditions_of_points.T, slip_of_points)
+    mu = fitted.predict(conditions_of_points, slip_of_points).traction_coefficient
+    return float(np.sqrt(np.mean((mu / true_mu - 1) ** 2)))

@@ -25,26 +25,32 @@ class Tab:
         self.page = page
         self.problems: list[str] = []
         self.allowed: tuple[str, ...] = ()
-        page.on("console", self._hear)
-        page.on("dialog", self._refuse)
+        page.on("console", self._note_console_message)
+        page.on("dialog", self._refuse_dialog)
         page.on("pageerror", lambda error: self.problems.append(str(error)))
-        page.on("request", lambda request: self._ask(request.url))
+        page.on("request", lambda request: self._note_request(request.url))
 
-    def _hear(self, message: Any) -> None:
+    def _note_console_message(self, message: Any) -> None:
         # the theme of the site logs what it does
         if message.type in ("error", "warning"):
             self.problems.append(message.text)
 
-    def _refuse(self, dialog: Any) -> None:
+    def _refuse_dialog(self, dialog: Any) -> None:
         self.problems.append(f"the page ran {dialog.message}")
         dialog.dismiss()
 
-    def _ask(self, url: str) -> None:
+    def _note_request(self, url: str) -> None:
         if not url.startswith(("data:", "blob:", *self.allowed)):
             self.problems.append(url)
 
     def open(self, file: Path, width: int = 1280, others: str = "") -> Page:
-        """The page of a file as a new reader has it; it may load nothing, or only `others`."""
+        """The page of a file as a new reader has it.
+
+        Args:
+            file: The file.
+            width: Width of the window in pixels.
+            others: Beginning of the addresses of other files that the page may load.
+        """
         self.page.emulate_media(media="null", color_scheme="light")
         self.page.set_viewport_size({"width": width, "height": 900})
         # from the same page with another fragment it would only scroll
@@ -57,8 +63,11 @@ class Tab:
     def violations(self) -> list[str]:
         """What keeps people from using the page, as axe finds it."""
         axe = pytest.importorskip("axe_playwright_python.sync_playwright").Axe()
-        found = axe.run(self.page).response["violations"]
-        return [f"{rule['id']}: {each['html'][:200]}" for rule in found for each in rule["nodes"]]
+        violations = []
+        for rule in axe.run(self.page).response["violations"]:
+            for node in rule["nodes"]:
+                violations.append(f"{rule['id']}: {node['html'][:200]}")
+        return violations
 
 
 def open_tab() -> Iterator[Tab]:

@@ -54,12 +54,21 @@ SMALL_MATRIX = {
 }
 
 
+# What a function makes once for all workers.
 Made = TypeVar("Made")
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """A campaign carried through the library: logs, samples, points, fits."""
+    """A campaign carried through the library: logs, samples, points, fits.
+
+    Attributes:
+        config: Its settings.
+        folder: Folder of its logs.
+        truth: Table of the truth behind simulated logs; empty if nothing has filled it.
+        ingested: Its logs as they are read.
+        curated: Its points, runs and quarantine.
+    """
 
     config: Settings
     folder: Path
@@ -68,6 +77,7 @@ class Campaign:
     curated: CuratedTables
 
     def fit(self, oil: str, **settings: Any) -> CampaignTables:
+        """The fit of one oil with some settings of `fit` changed."""
         config = self.config.with_changes({"fit": settings})
         return fit_oil(self.curated.points, oil, config.fit, config.seed)
 
@@ -104,12 +114,14 @@ def simulator() -> ModuleType:
 
 
 def carry_through(config: Settings, folder: Path, files: Iterable[str]) -> Campaign:
+    """Ingest and curate some log files of a folder."""
     return carry_logs(config, ((file, (folder / file).read_bytes()) for file in files), folder)
 
 
 def carry_logs(
     config: Settings, logs: Iterable[tuple[str, bytes]], folder: Path = ROOT
 ) -> Campaign:
+    """Ingest and curate logs, each with its name and its bytes."""
     ingested = ingest_logs(logs, config)
     curated = curate_ingested(ingested, TractionRig(config))
     return Campaign(config, folder, pd.DataFrame(), ingested, curated)
@@ -133,7 +145,7 @@ def made_once(name: str, make: Callable[[Path], Made], factory: pytest.TempPathF
 
 
 def rows(table: str, *given: dict[str, Any], flag: bool = False) -> pd.DataFrame:
-    """Rows of a table; what is not given is nothing, zero or false."""
+    """Rows of a table; what is not given is null, zero, empty or `flag`."""
     nothing = {"number": np.nan, "integer": 0, "flag": flag, "text": "", "texts": ()}
     empty = {column.name: nothing[column.type] for column in tables.TABLES[table].columns}
     return pd.DataFrame([{**empty, **row} for row in given], columns=list(empty))
@@ -213,6 +225,7 @@ def as_measured(project: Path, name: str) -> Path:
 
 
 def read_campaign(project: Path, name: str) -> dict[str, Any]:
+    """The keys of a campaign file of a project."""
     return _read(project / f"config/campaigns/{name}.yaml")
 
 
@@ -222,5 +235,6 @@ def _read(path: Path) -> dict[str, Any]:
 
 
 def write_campaign(project: Path, name: str, campaign: dict[str, Any]) -> None:
+    """Write the keys of a campaign into its file in a project."""
     path = project / f"config/campaigns/{name}.yaml"
     path.write_text(yaml.safe_dump(campaign, allow_unicode=True), encoding="utf-8")

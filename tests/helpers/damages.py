@@ -24,7 +24,20 @@ Change = Callable[[np.ndarray], np.ndarray | float]
 
 @dataclass(frozen=True)
 class SoundLog:
-    """A log that every gate accepts, with the names of its columns by their role."""
+    """A log that every gate accepts, with the names of its columns by their role.
+
+    Attributes:
+        kind: The kind of rig.
+        config: Settings of the campaign.
+        values: Its columns, by name.
+        units: Units of the columns.
+        keys: Header keys.
+        sensor: Column of the traction force or of the torque.
+        load: Column of the load.
+        temperature: Column of the oil's temperature.
+        rest: Number of rows of the opening phase at rest; the closing phase has as many.
+        held: Rows of one level in the middle of the run.
+    """
 
     kind: type[RigKind]
     config: Settings
@@ -34,14 +47,15 @@ class SoundLog:
     sensor: str
     load: str
     temperature: str
-    rest: int  # rows of the opening phase at rest, and of the closing one
-    held: slice  # rows of one level in the middle of the run
+    rest: int
+    held: slice
 
     def written(self, name: str) -> bytes:
         """The log in one of the formats."""
         return formats.WRITERS[name](self.values, self.units, self.keys)
 
     def text(self, values: Columns | None = None, **keys: Any) -> bytes:
+        """The log as CSV, with other columns or other header keys."""
         rounded = {name: np.round(column, 4) for name, column in (values or self.values).items()}
         return formats.csv(rounded, self.units, {**self.keys, **keys})
 
@@ -52,7 +66,8 @@ class SoundLog:
         return self.text({**self.values, name: values})
 
     @property
-    def row(self) -> np.ndarray:
+    def row_index(self) -> np.ndarray:
+        """Index of each row."""
         return np.arange(len(self.values["time"]))
 
     def rows(self, kept: np.ndarray) -> bytes:
@@ -64,6 +79,7 @@ class SoundLog:
 _TRACTION = TractionRig, bad_logs.CONFIG, bad_logs.good(), bad_logs.UNITS, bad_logs.KEYS
 _TORQUE_VALUES = torque_logs.by_quantity(torque_logs.signals())
 _TORQUE = TorqueRig, bad_logs.CONFIG, _TORQUE_VALUES, torque_logs.UNITS, {"oil": "4050"}
+# Names of the columns of sensor, load and temperature.
 _FORCE = "traction_force", "load", "inlet_temperature"
 _MOMENT = "torque", "axial_load", "oil_temperature"
 SOUND = {
@@ -91,12 +107,12 @@ def temperature_jump(log: SoundLog) -> bytes:
 
 def stops_moving(log: SoundLog, name: str) -> bytes:
     """A signal repeats one reading from the middle of the run on."""
-    return log.column(name, lambda rest: rest[0], slice(len(log.row) // 2, None))
+    return log.column(name, lambda rest: rest[0], slice(len(log.row_index) // 2, None))
 
 
 def without_ends(log: SoundLog, start: int, stop: int) -> bytes:
     """Without so many rows at the start and at the end."""
-    return log.rows((log.row >= start) & (log.row < len(log.row) - stop))
+    return log.rows((log.row_index >= start) & (log.row_index < len(log.row_index) - stop))
 
 
 def saturated(log: SoundLog, name: str) -> bytes:
@@ -106,14 +122,14 @@ def saturated(log: SoundLog, name: str) -> bytes:
 
 def often_wild(log: SoundLog) -> bytes:
     """15 % of the readings times 30: three of every twenty."""
-    wild = log.row % 20 < 3
+    wild = log.row_index % 20 < 3
     return log.column(log.sensor, lambda column: np.where(wild, 30 * column, column))
 
 
 def held_readings(log: SoundLog) -> bytes:
     """Each reading of the sensor is repeated for a third of a level."""
     rows = (log.held.stop - log.held.start) // 3
-    return log.column(log.sensor, lambda column: column[log.row // rows * rows])
+    return log.column(log.sensor, lambda column: column[log.row_index // rows * rows])
 
 
 def turned_back(log: SoundLog) -> bytes:
@@ -123,6 +139,7 @@ def turned_back(log: SoundLog) -> bytes:
 
 
 def drifting(log: SoundLog, name: str, total: float) -> bytes:
+    """A column drifts by so much over the run."""
     return log.column(name, lambda column: column + np.linspace(0, total, len(column)))
 
 
@@ -132,8 +149,8 @@ class Damage(NamedTuple):
     Attributes:
         logs: The damaged log or logs.
         rule: The rule that refuses it.
-        of_torque: That of torque rigs, where it is another one.
-        spares: Whether the other levels of the run are accepted all the same.
+        of_torque: The rule of torque rigs, where it is another one.
+        spares: Whether the other levels of the run are still accepted.
     """
 
     logs: Callable[[SoundLog], bytes | list[bytes]]
@@ -142,6 +159,7 @@ class Damage(NamedTuple):
     spares: bool = False
 
     def rule_of(self, rig: str) -> str:
+        """The rule that refuses the log of a rig, `traction` or `torque`."""
         return (self.of_torque if rig == "torque" else "") or self.rule
 
 
@@ -149,7 +167,7 @@ DAMAGES = {
     # --- the file
     "truncated": Damage(lambda log: log.text()[:-30], "truncated"),
     "copied": Damage(lambda log: [log.text(), log.text()], "duplicate_log", spares=True),
-    "no_rows": Damage(lambda log: log.rows(log.row < 0), "no_rows"),
+    "no_rows": Damage(lambda log: log.rows(log.row_index < 0), "no_rows"),
     "unknown_oil": Damage(lambda log: log.text(oil="4120"), "unknown_oil"),
     "simulated_as_measured": Damage(lambda log: log.text(simulated="yes"), "simulated_log"),
     # --- the clock
@@ -184,7 +202,7 @@ DAMAGES = {
     "no_rest_at_the_end": Damage(lambda log: without_ends(log, 0, log.rest), "zero_missing"),
     "zero_drifts": Damage(lambda log: drifting(log, log.sensor, 0.5), "zero_drift"),
     "rest_all_the_time": Damage(
-        lambda log: log.rows(log.row < log.rest), "zero_missing", "never_turns"
+        lambda log: log.rows(log.row_index < log.rest), "zero_missing", "never_turns"
     ),
     # --- load, temperature, steps
     "load_rises_by_half_within_a_level": Damage(
@@ -203,7 +221,9 @@ DAMAGES = {
         temperature_jump, "temperature_changes", spares=True
     ),
     "level_held_for_1_5_s": Damage(
-        lambda log: log.rows((log.row < log.held.start + 30) | (log.row >= log.held.stop)),
+        lambda log: log.rows(
+            (log.row_index < log.held.start + 30) | (log.row_index >= log.held.stop)
+        ),
         "too_short",
         spares=True,
     ),

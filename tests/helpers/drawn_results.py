@@ -46,7 +46,7 @@ def with_refits() -> CampaignTables:
 def _correlations(refits: pd.DataFrame) -> pd.DataFrame:
     parts = []
     for oil, of_oil in refits.groupby("oil", sort=False):
-        wide = of_oil.pivot(index="refit", columns="constant", values="value").corr()
-        rows = wide.rename_axis(index="other").stack().rename("correlation").reset_index()
+        matrix_of_oil = of_oil.pivot(index="refit", columns="constant", values="value").corr()
+        rows = matrix_of_oil.rename_axis(index="other").stack().rename("correlation").reset_index()
         parts.append(rows[rows["constant"] < rows["other"]].assign(oil=oil, law="deng2026"))
     return pd.concat(parts)

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from law_points import EVERY_LAW, TRUTH
+from law_points import EVERY_LAW, PLAUSIBLE_CONSTANTS
 from oilfilm.exports.description import SLIP, Description, describe
 from oilfilm.fits.conditions import FixedCondition, fixed_conditions_to_json
 from oilfilm.settings.resolved import Settings
@@ -11,6 +11,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS, Law
 from planted_fits import planted_tables
 
+# Ends of the tested box: P in GPa, U in m/s and T in degC.
 LOWER, UPPER = np.array([1.0, 25.0, 25.0]), np.array([1.5, 40.0, 120.0])
 LOAD_AT_1_GPA = 42.0  # N, of the 20 mm ball
 # Names of oils that would end a comment, a string or an identifier.
@@ -66,7 +67,7 @@ def describe_law(config: Settings, name: str, left_out: int | None = None) -> De
     """A law with plausible constants; the exponents of one of its groups left out."""
     law = EVERY_LAW[name]
     planted = {}
-    for constant, value in zip(law.constants, TRUTH[name], strict=True):
+    for constant, value in zip(law.constants, PLAUSIBLE_CONSTANTS[name], strict=True):
         if constant.prescribed is not None:
             continue
         planted[constant.name] = value
@@ -97,7 +98,8 @@ def arguments_of(fit: Description, rows: pd.DataFrame) -> np.ndarray:
 
 def expected(fit: Description, rows: pd.DataFrame) -> np.ndarray:
     """mu by the library's own prediction, not by anything of the exports."""
-    fixed = [each.condition for each in fit.law_with_constants.coefficients.fixed_conditions]
+    coefficients = fit.law_with_constants.coefficients
+    fixed = [fixed_condition.condition for fixed_condition in coefficients.fixed_conditions]
     conditions = rows.assign(**dict.fromkeys(fixed, np.nan))[list(fit.law.conditions)].to_numpy()
     return fit.law_with_constants.predict(conditions, rows[SLIP].to_numpy()).traction_coefficient
 

@@ -151,7 +151,7 @@ RULE = """  too_long:
 DAMAGE = '''def held_longer(log: SoundLog) -> bytes:
     """One level is held 20 times as long."""
     start, stop = log.held.start, log.held.stop
-    rows = [log.row[:start], *[log.row[start:stop]] * 20, log.row[stop:]]
+    rows = [log.row_index[:start], *[log.row_index[start:stop]] * 20, log.row_index[stop:]]
     values = {name: column[np.concatenate(rows)] for name, column in log.values.items()}
     step = log.values["time"][1] - log.values["time"][0]
     return log.text({**values, "time": step * np.arange(len(values["time"]))})
@@ -216,7 +216,7 @@ EXTENSIONS = {
         ),
         after(
             "tests/helpers/law_points.py",
-            "TRUTH: dict[str, list[float]] = {\n",
+            "PLAUSIBLE_CONSTANTS: dict[str, list[float]] = {\n",
             '    "hyperbola": [0.01, 0.1, -0.3, -0.2, 100.0, 0.1, 0.2, 0.3, 4.0, -1, 0, 0],\n',
         ),
     ),

@@ -26,13 +26,14 @@ from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.resolve import resolve
 
 _SEED = 5
+# Lever arm of the torque.
 _ARM_M = 0.035
-_RPM = 60 / (2 * np.pi)
+_RPM_PER_RAD_S = 60 / (2 * np.pi)
 ENGLISH = ("Time [s]", "Load [N]", "Traction force [N]", "Ball speed [rpm]", "Disc speed [rpm]")
 GERMAN = ("Zeit [s]", "Normalkraft [N]", "Reibkraft [N]", "Kugel [1/min]", "Scheibe [1/min]")
 JAPANESE = ("時間(s)", "荷重(N)", "摩擦力(N)", "ボール回転数(rpm)", "ディスク回転数(rpm)")
 CHINESE = ("时间 [s]", "载荷 [N]", "摩擦力 [N]", "球转速 [rpm]", "盘转速 [rpm]")
-# Writes runs into a folder.
+# Writes the runs of a bench into a folder.
 Write = Callable[[Path, Bench, list[Recording]], None]
 
 
@@ -45,7 +46,7 @@ class FirstUse:
         write: Writes its logs.
         rate_hz: Sampling rate; that of the bench where it is 0.
         hold_s: Time at each slip, and of rolling; that of the bench where it is 0.
-        every: Only every so manyth row is logged.
+        log_every: Only every n-th row is logged, with this n.
         answers: Answers by key, beside those that every rig has.
     """
 
@@ -53,7 +54,7 @@ class FirstUse:
     write: Write
     rate_hz: float = 0.0
     hold_s: float = 0.0
-    every: int = 1
+    log_every: int = 1
     answers: tuple[tuple[str, str], ...] = ()
 
 
@@ -63,11 +64,11 @@ class Outcome:
 
     Attributes:
         questions: Questions that were asked.
-        left_open: Lines that nobody could fill in.
+        left_open: Number of keys that the person could not answer.
         accepted: Accepted points.
         error: Relative root mean square error of mu.
         inside: Share of points whose error is within two standard errors and the calibration.
-        said: What `init` printed.
+        printed: What `init` printed.
     """
 
     questions: int
@@ -75,7 +76,7 @@ class Outcome:
     accepted: int
     error: float
     inside: float
-    said: str
+    printed: str
 
 
 def _frame(bench: Bench, run: Recording, names: tuple[str, ...], celsius: str) -> pd.DataFrame:
@@ -86,8 +87,8 @@ def _frame(bench: Bench, run: Recording, names: tuple[str, ...], celsius: str) -
         signals["time"],
         signals["load"],
         signals["force"],
-        signals["ball"] / machine.ball_track * _RPM,
-        signals["disc"] / machine.disc_track * _RPM,
+        signals["ball"] / machine.ball_track * _RPM_PER_RAD_S,
+        signals["disc"] / machine.disc_track * _RPM_PER_RAD_S,
         signals["celsius"],
     )
     table = dict(zip((*names, celsius), columns, strict=True))
@@ -184,13 +185,13 @@ class Person:
 
     def __init__(self, answers: dict[str, str]) -> None:
         self.questions = 0
-        self.said = io.StringIO()
+        self.printed = io.StringIO()
         self._answers = answers
 
     def answer(self, prompt: str) -> str:
         """The answer to a question: the key is in the last line that names a line of a file."""
         self.questions += 1
-        named = [line for line in self.said.getvalue().splitlines() if ", line " in line]
+        named = [line for line in self.printed.getvalue().splitlines() if ", line " in line]
         key = named[-1].rpartition(": ")[2] if named else ""
         # an answer that was refused is given once only
         return self._answers.pop(key, "")
@@ -205,7 +206,7 @@ def bench_and_oil(laboratory: FirstUse) -> tuple[Bench, Oil, list[Recording]]:
         hold_s = laboratory.hold_s
         bench = replace(bench, rate=laboratory.rate_hz, hold=hold_s, rolling=hold_s)
     runs = [bench.run(oil, condition, random) for condition in CONDITIONS]
-    return bench, oil, [run.rows(np.arange(0, len(run), laboratory.every)) for run in runs]
+    return bench, oil, [run.rows(np.arange(0, len(run), laboratory.log_every)) for run in runs]
 
 
 def first_use(laboratory: FirstUse, folder: Path) -> Outcome:
@@ -227,16 +228,16 @@ def first_use(laboratory: FirstUse, folder: Path) -> Outcome:
     person = Person({**answers, **dict(laboratory.answers)})
     project = folder / "june"
     with (
-        redirect_stdout(person.said),
-        redirect_stderr(person.said),
+        redirect_stdout(person.printed),
+        redirect_stderr(person.printed),
         patch("builtins.input", person.answer),
         patch("oilfilm.cli.init.is_terminal", lambda: True),
     ):
         main(["init", str(project), str(logs)])
-    said = person.said.getvalue()
-    left_open = said.count("# FILL IN")
+    printed = person.printed.getvalue()
+    left_open = printed.count("# FILL IN")
     if not project.is_dir() or left_open:
-        return Outcome(person.questions, left_open, 0, np.nan, np.nan, said)
+        return Outcome(person.questions, left_open, 0, np.nan, np.nan, printed)
     points = _accepted(project)
     errors = _errors(points, oil, machine.pressure) if len(points) else np.array([])
     allowed = 2 * points["traction_coefficient_se"] / points["traction_coefficient"] + 0.01
@@ -246,17 +247,19 @@ def first_use(laboratory: FirstUse, folder: Path) -> Outcome:
         len(points),
         float(np.sqrt(np.mean(errors**2))) if len(errors) else np.nan,
         float(np.mean(np.abs(errors) <= allowed)) if len(errors) else np.nan,
-        said,
+        printed,
     )
 
 
 def _accepted(project: Path) -> pd.DataFrame:
+    """Accepted points of the campaign `june` of a project."""
     settings = resolve(project / "config", {})
     raw = project / "data/raw"
     paths = [raw / "june" / name for name in raw_log_names(raw / "june")]
     sheet = sheet_of_paths(paths, raw, settings, TRACTION)
-    points = curate_logs([(str(path), read_bytes(path)) for path in paths], settings, sheet=sheet)
-    accepted = points.points[points.points["accepted"]]
+    logs = [(str(path), read_bytes(path)) for path in paths]
+    points = curate_logs(logs, settings, sheet=sheet).points
+    accepted = points[points["accepted"]]
     # below that the zero of the force is most of the error
     return accepted[accepted["slide_roll_ratio"] > 0.01]
 

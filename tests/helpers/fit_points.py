@@ -16,6 +16,7 @@ from oilfilm.traction.law import CONDITIONS, Law, to_internal
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 
 LAW = LAWS["deng2026"]
+# Levels of pressure in GPa, speed in m/s and temperature in degC.
 P, U, T = [1.0, 1.25, 1.5], [25.0, 30.0, 35.0, 40.0], [25.0, 50.0, 70.0, 85.0, 100.0, 120.0]
 
 
@@ -50,6 +51,7 @@ def accepted_points(
 def make_points(
     oil: str, conditions: list[tuple[float, float, float]], noise: float = 0.0
 ) -> pd.DataFrame:
+    """Accepted points on the printed law of an oil, with noise of this standard deviation."""
     slip = np.linspace(0, 0.3, 31)
     frame = pd.DataFrame(conditions, columns=list(CONDITIONS), dtype=float).assign(load_n=80.0)
     levels = (frame[[name]].to_numpy() for name in CONDITIONS)
@@ -58,6 +60,7 @@ def make_points(
 
 
 def matrix(ps: list[float] = P, us: list[float] = U, ts: list[float] = T) -> list:
+    """All combinations of levels of P, U and T."""
     return [(p, u, t) for p in ps for u in us for t in ts]
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 
 from blind_lab.bench import Bench, Condition, Recording, draw_bench
-from blind_lab.dialects import HEADER, Dialect, columns_of, written
+from blind_lab.dialects import HEADER, Dialect, columns_of, log_bytes
 from blind_lab.truth import draw_machine, draw_oil
 
 GERMAN = Dialect(
@@ -35,7 +35,8 @@ def bench_and_runs(oil: str = "Öl B-12") -> tuple[Bench, list[Recording]]:
 
 def header(run: Recording, dialect: Dialect = GERMAN) -> dict[str, str]:
     """The header lines of a run, numbers with the dialect's decimal mark."""
-    numbers = [str(each).replace(".", dialect.decimal) for each in vars(run.condition).values()]
+    levels = vars(run.condition).values()
+    numbers = [str(level).replace(".", dialect.decimal) for level in levels]
     return dict(zip(HEADER[dialect.language], (run.oil[0], *numbers), strict=True))
 
 
@@ -52,6 +53,6 @@ def write_logs(
     for number, run in enumerate(runs):
         kept = dict([*header(run, dialect).items()][lines])
         path = folder / f"Messung_{number}.csv"
-        path.write_bytes(written(kept, columns_of(run, dialect, bench.machine), dialect))
+        path.write_bytes(log_bytes(kept, columns_of(run, dialect, bench.machine), dialect))
         paths.append(path)
     return paths

@@ -9,11 +9,13 @@ import pyarrow as arrow
 import pyarrow.parquet as parquet
 from nptdms import ChannelObject, GroupObject, RootObject, TdmsWriter
 
+# Columns of a log and their units by name, and header keys.
 Columns = Mapping[str, np.ndarray]
 Units = Mapping[str, str]
 Keys = Mapping[str, Any]
 
 NAMES = "time load traction_force ball_speed disc_speed inlet_temperature".split()
+# Mean of each column but the time, in the units of `UNITS`.
 MEANS = dict(zip(NAMES[1:], (82, 0, 28650, 7160, 343), strict=True))
 KEYS = {"oil": "4102", "max_hertz_pressure_gpa": 1.25, "entrainment_speed_m_s": 30}
 
@@ -29,6 +31,7 @@ UNITS = dict(zip(NAMES, "s kgf N rpm 1/min K".split(), strict=True))
 
 
 def csv(values: Columns, units: Units = UNITS, keys: Keys = KEYS) -> bytes:
+    """A log as CSV, with units in the names of columns and one header line per key."""
     lines = [f"# {key}: {value}" for key, value in keys.items()]
     lines.append(",".join(f"{name} [{units[name]}]" for name in values))
     lines += [",".join(map(repr, row)) for row in np.column_stack(list(values.values())).tolist()]
@@ -43,7 +46,7 @@ def tdms_channels(group: str, values: Columns, units: Units = UNITS) -> list[Cha
 
 
 def tdms_file(*segments: list[Any]) -> bytes:
-    """A segment a list of objects; with the metadata of each in its own segment."""
+    """A TDMS file with one segment per list of objects."""
     buffer = io.BytesIO()
     with TdmsWriter(buffer) as writer:
         for segment in segments:
@@ -52,17 +55,18 @@ def tdms_file(*segments: list[Any]) -> bytes:
 
 
 def tdms(values: Columns, units: Units = UNITS, keys: Keys = KEYS, segments: int = 1) -> bytes:
+    """A log as TDMS, its rows in as many segments."""
     root, group = RootObject(keys), GroupObject("run")
-    shares = [
-        {name: share for name, share in zip(values, parts, strict=True)}
-        for parts in zip(
-            *(np.array_split(column, segments) for column in values.values()), strict=True
-        )
-    ]
-    return tdms_file([root, group], *(tdms_channels("run", share, units) for share in shares))
+    parts_of_columns = {name: np.array_split(column, segments) for name, column in values.items()}
+    channels_of_segments = []
+    for index in range(segments):
+        part = {name: parts[index] for name, parts in parts_of_columns.items()}
+        channels_of_segments.append(tdms_channels("run", part, units))
+    return tdms_file([root, group], *channels_of_segments)
 
 
 def lvm_segment(values: Columns, units: Units, mark: str, notes: str = "") -> list[str]:
+    """Lines of one segment of an LVM file; `mark` is its decimal mark."""
     names = [name for name in values if name != "time"]
     rows = np.column_stack([values["time"], *(values[name] for name in names)]).tolist()
     count = len(rows)
@@ -82,6 +86,7 @@ def lvm_segment(values: Columns, units: Units, mark: str, notes: str = "") -> li
 
 
 def lvm_header(keys: Keys, mark: str = ".", x_columns: str = "One") -> list[str]:
+    """Lines of the header of an LVM file; `mark` is its decimal mark."""
     return [
         *("LabVIEW Measurement\t", "Writer_Version\t2", "Reader_Version\t2", "Separator\tTab"),
         *(f"Decimal_Separator\t{mark}", "Multi_Headings\tYes", f"X_Columns\t{x_columns}"),
@@ -92,11 +97,13 @@ def lvm_header(keys: Keys, mark: str = ".", x_columns: str = "One") -> list[str]
 
 
 def lvm(values: Columns, units: Units = UNITS, keys: Keys = KEYS, mark: str = ".") -> bytes:
+    """A log as LabVIEW measurement file, with this decimal mark."""
     lines = lvm_header(keys, mark) + lvm_segment(values, units, mark)
     return "\r\n".join(lines).encode()
 
 
 def table(values: Columns, units: Units = UNITS, keys: Keys = KEYS) -> arrow.Table:
+    """A log as Arrow table, with units and header keys as metadata."""
     fields = [
         arrow.field(name, arrow.array(column).type, metadata={"unit": units.get(name, "")})
         for name, column in values.items()
@@ -106,12 +113,14 @@ def table(values: Columns, units: Units = UNITS, keys: Keys = KEYS) -> arrow.Tab
 
 
 def parquet_file(content: arrow.Table, **options: Any) -> bytes:
+    """An Arrow table as Parquet file."""
     buffer = io.BytesIO()
     parquet.write_table(content, buffer, **options)
     return buffer.getvalue()
 
 
 def as_parquet(values: Columns, units: Units = UNITS, keys: Keys = KEYS, **options: Any) -> bytes:
+    """A log as Parquet file."""
     return parquet_file(table(values, units, keys), **options)
 
 

@@ -14,5 +14,5 @@ TESTED = np.array([[1.0, 1.5], [25.0, 40.0], [25.0, 120.0], [0.0, 0.3]])
 
 def known_law(oil: str) -> FittedLaw:
     """The law of Deng et al. (2026) with the constants that they print for an oil."""
-    bare = Coefficients.from_constants(DENG2026, printed()[oil])
-    return FittedLaw(DENG2026, replace(bare, tested_box=TESTED))
+    coefficients = Coefficients.from_constants(DENG2026, printed()[oil])
+    return FittedLaw(DENG2026, replace(coefficients, tested_box=TESTED))

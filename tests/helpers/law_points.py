@@ -25,9 +25,9 @@ LEVELS = (1.0, 1.15, 1.3, 1.5), (25.0, 30.0, 40.0), (25.0, 50.0, 85.0, 120.0)
 MATRIX = pd.DataFrame(product(*LEVELS), columns=list(CONDITIONS))
 MATRIX["load_n"] = CONTACT.load_n(MATRIX["max_hertz_pressure_gpa"].to_numpy())
 
-# Plausible constants of each law: mu of some 0.03 with a peak or a level near S = 0.05. What
-# stands for a Wang-Deng law on load is that of Deng et al. with an own D.
-TRUTH: dict[str, list[float]] = {
+# Plausible constants of each law: mu of some 0.03 with a peak or a level near S = 0.05. Those of a
+# Wang-Deng law on load are those of the law of Deng et al., and constants of a coefficient D.
+PLAUSIBLE_CONSTANTS: dict[str, list[float]] = {
     "deng2026": list(printed()["4050"]),
     # b = -X3/20 per K: A falls by 0.3 %, B by 3 % and C by 1 % per K
     "deng-exponential": [
@@ -79,7 +79,7 @@ def compare_laws(
     fits = [fit_law(points, oil, law, settings) for law in laws]
     joined = {}
     for name in FIT_TABLES:
-        filled = [each.table(name) for each in fits if len(each.table(name))]
+        filled = [fit.table(name) for fit in fits if len(fit.table(name))]
         joined[name] = pd.concat(filled or [tables.empty_table(name)], ignore_index=True)
     quality = joined["fit_quality"]
     quality["configured"] = quality["law"] == settings.fit.law
@@ -87,10 +87,12 @@ def compare_laws(
 
 
 def internal_of(law: Law) -> FloatArray:
-    return to_internal(law, np.array(TRUTH[law.name]))
+    """Its plausible constants in the internal form of the law."""
+    return to_internal(law, np.array(PLAUSIBLE_CONSTANTS[law.name]))
 
 
 def observe(law: Law) -> Observations:
+    """Observations of the law at every condition of `MATRIX` and every slip of `SLIP`."""
     curve = np.repeat(np.arange(len(MATRIX)), len(SLIP))
     design = law.design(MATRIX[list(law.conditions)].to_numpy())
     return Observations(design, curve, np.tile(SLIP, len(MATRIX)))

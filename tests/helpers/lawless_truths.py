@@ -6,6 +6,9 @@ Each truth gives mu from P in GPa, U in m/s, T in degC and S. Viscosity falls fr
 Only the truths of `INDEPENDENT_TRUTHS` are independent evidence. They were written after the method
 of the surface was fixed, and nothing of it was changed since. The results on all others were seen
 while the method changed.
+
+The docstrings explain the short names `own`, `ect`, `jt`, `pw`, `sol`, `rat`, `mix` and `wav`. The
+names stay because stored results and random numbers depend on them.
 """
 
 from collections.abc import Callable
@@ -14,9 +17,10 @@ import numpy as np
 
 from oilfilm.base.units import FloatArray
 
+# mu from P in GPa, U in m/s, T in degC and S.
 LawlessTruth = Callable[[FloatArray, FloatArray, FloatArray, FloatArray], FloatArray]
 
-# Constants of Deng's law, near those of oil 4102.
+# Constants of Deng's law in its internal form, near those of oil 4102.
 DENG_CONSTANTS = np.array(
     [
         *(np.log(0.0157), 1.6654, -0.5014, -0.1065),

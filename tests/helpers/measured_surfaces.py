@@ -23,9 +23,10 @@ def with_measured_surface(
     fitted: FittedLaw, points: pd.DataFrame, settings: SurfaceSettings, oil: str = "4050"
 ) -> FittedLaw:
     """The fit with the surface of some points about its law; the fit alone if they are too few."""
-    constants, followed = fitted.coefficients.constants, fitted.coefficients.group_has_exponent
+    constants = fitted.coefficients.constants
+    has_exponent = fitted.coefficients.group_has_exponent
     contact = MeasuredContact.from_points(points[points["accepted"]])
-    law = free_law(fitted.law, constants, followed, contact)
+    law = free_law(fitted.law, constants, has_exponent, contact)
     runs, measurements = usable_measurements(points, law, contact, RunAssumptions())
     if len(runs) < settings.fewest_curves:
         return fitted
@@ -33,6 +34,6 @@ def with_measured_surface(
         oil, fitted.law.name, law, measurements, settings, RunAssumptions()
     )
     (row,) = tables.rows(found.surfaces)
-    fit = LawConstants(fitted.law, constants, followed)
+    fit = LawConstants(fitted.law, constants, has_exponent)
     surface = surface_from_tables(row, found.surface_sizes, points, fit)
     return replace(fitted, read_surface=partial(given_surface, surface))

@@ -18,5 +18,8 @@ def quick_ones(cases: Iterable[Any], quick: Collection[Any]) -> list[Any]:
 
 
 def examples(share: float) -> settings:
-    """So many times the examples of the profile: 30 in `make test`, 300 in `make nightly`."""
+    """Settings of a test with this share of the usual number of examples.
+
+    The usual number is 30 in `make test` and 300 in `make nightly`.
+    """
     return settings(max_examples=round(share * settings().max_examples))

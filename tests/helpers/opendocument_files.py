@@ -23,6 +23,7 @@ def spreadsheet(content: str) -> bytes:
 
 
 def document(**sheets: str) -> str:
+    """The XML of a spreadsheet, from the XML of the rows of each sheet by its title."""
     tables = "".join(
         f"<table:table table:name={quoteattr(title)}>{rows}</table:table>"
         for title, rows in sheets.items()
@@ -35,6 +36,14 @@ def document(**sheets: str) -> str:
 
 
 def cell(value: object = None, times: int = 1, kind: str = "float", name: str = "value") -> str:
+    """The XML of a cell.
+
+    Args:
+        value: Its content; empty without one.
+        times: How often it is repeated.
+        kind: Type of the value.
+        name: Attribute that has the value, without its namespace.
+    """
     repeated = f' table:number-columns-repeated="{times}"' if times > 1 else ""
     if value is None:
         return f"<table:table-cell{repeated}/>"
@@ -46,9 +55,11 @@ def cell(value: object = None, times: int = 1, kind: str = "float", name: str = 
 
 
 def row(*cells: str, times: int = 1) -> str:
+    """The XML of a row, which is repeated so many times."""
     repeated = f' table:number-rows-repeated="{times}"' if times > 1 else ""
     return f"<table:table-row{repeated}>{''.join(cells)}</table:table-row>"
 
 
 def rows_of(values: Sequence[Sequence[Any]]) -> str:
+    """The XML of rows, one per list of values."""
     return "".join(row(*map(cell, cells)) for cells in values)

@@ -42,7 +42,8 @@ class Cpu:
 
     Attributes:
         coretype: Its name for OpenBLAS.
-        core: The name of its kernel: that of the first CPU in OpenBLAS's list that has it.
+        core: The name of its kernel as OpenBLAS reports it: several CPUs share a kernel, which has
+            the name of the first of them in OpenBLAS's list.
         needs: What this machine must be able to do. OpenBLAS does not check it: a program would
             end with an illegal instruction.
         switches: Variables of the environment that tell other libraries the same.
@@ -174,7 +175,7 @@ def _unlike(old: pd.DataFrame, new: pd.DataFrame, column: str) -> np.ndarray:
 
 
 def _size(frame: pd.DataFrame, column: str) -> pd.Series:
-    """Of what rounding is a share."""
+    """Size of each number of a column, of which rounding is a share."""
     size = frame[column].abs()
     if column == "traction_coefficient":
         return size.clip(lower=_CANCELLATION * size.max())

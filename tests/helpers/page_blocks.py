@@ -28,12 +28,15 @@ NOT_RUN = {
 
 
 class Block(NamedTuple):
+    """A block of code on a page, of a language such as `sh`."""
+
     page: str
     language: str
     content: str
 
     @property
     def names(self) -> set[str]:
+        """Names of the block in `CARRIED_OUT`: its page, or its page and language."""
         return {self.page, f"{self.page} {self.language}"}
 
 
@@ -60,4 +63,8 @@ def commands(block: Block) -> list[str]:
 
 
 def reason(command: str) -> str:
-    return next((why for form, why in NOT_RUN.items() if re.match(form, command)), "")
+    """Why no test carries out a command; empty for one that is carried out."""
+    for pattern, why in NOT_RUN.items():
+        if re.match(pattern, command):
+            return why
+    return ""

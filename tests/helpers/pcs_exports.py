@@ -13,6 +13,7 @@ from campaigns import ETM
 FILM_EXPONENT = 0.67
 FILM_NM = {40: 400.0, 60: 250.0, 80: 150.0}
 WRONG_ORDERS = slice(20, 27)  # rows of the last step whose fringe order is one too high
+# Film thickness of one fringe order of the interferometer.
 ORDER_NM = 190.0
 
 _ETM_NAMES = (
@@ -42,6 +43,7 @@ def shipped_log(number: int) -> tuple[dict[str, str], list[dict[str, str]]]:
 
 
 def shipped_steps() -> list[int]:
+    """Numbers of the steps in data/raw/etm-slim."""
     return sorted(int(path.name[4:7]) for path in ETM.glob("step*.csv.gz"))
 
 

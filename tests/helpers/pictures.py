@@ -38,7 +38,7 @@ def is_as_wide_as_a_column(figure: Figure, folder: Path) -> bool:
     return width in [int(mm / 25.4 * 180) for mm in (84, 174)]
 
 
-def of_oils(settings: Settings, oils: list[str]) -> Settings:
+def settings_of_oils(settings: Settings, oils: list[str]) -> Settings:
     """The settings of a campaign with some of its oils alone."""
     plain = settings.plain_values()
     return Settings.from_plain_values({**plain, "oils": {oil: plain["oils"][oil] for oil in oils}})
@@ -66,5 +66,7 @@ def draw(name: str, results: CampaignTables, config: Settings) -> tuple[Figure, 
 
 
 def drawing_of(results: CampaignTables, config: Settings) -> Draw:
-    """Draws a figure by its name; other settings and other tables may be given."""
-    return lambda name, settings=config, **new: draw(name, results.replace(**new), settings)
+    """A function that draws a figure by its name, from other settings or tables if given."""
+    return lambda name, settings=config, **other_tables: draw(
+        name, results.replace(**other_tables), settings
+    )

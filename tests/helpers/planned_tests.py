@@ -23,20 +23,31 @@ from planted_fits import printed_fits
 
 OIL = "4102"
 CONTACT = rig_contact()
-DEMO = resolve(LABORATORY, {}).plain_values()
-SETTINGS = Settings.from_plain_values({**DEMO, "oils": {OIL: DEMO["oils"][OIL]}})
-TRUTH = to_internal(LAW, np.array(printed()[OIL]))
+_ALL_OILS = resolve(LABORATORY, {}).plain_values()
+SETTINGS = Settings.from_plain_values({**_ALL_OILS, "oils": {OIL: _ALL_OILS["oils"][OIL]}})
+# In the internal form of the law.
+TRUE_CONSTANTS = to_internal(LAW, np.array(printed()[OIL]))
 SLIP = np.linspace(0, 0.3, 31)
+# A rig without errors of load, force, speed and temperature.
 NO_RIG = np.zeros(4)
 # A small matrix in a corner of the rig's range: twelve runs that leave exponents poorly known.
-SMALL = [(p, u, t) for p in (1.0, 1.5) for u in (25.0, 30.0) for t in (25.0, 60.0, 100.0)]
+SMALL_PLAN = [(p, u, t) for p in (1.0, 1.5) for u in (25.0, 30.0) for t in (25.0, 60.0, 100.0)]
 # Axial load N, inner speed rpm, oil temperature degC.
 DUTY = np.array([[10000.0, 9000.0, 100.0], [10000.0, 12000.0, 100.0], [20000.0, 12000.0, 120.0]])
 
 
 @dataclass(frozen=True)
 class Errors:
-    """Standard deviations: relative of load, force and speed, K, N; of mu at each point."""
+    """Standard deviations of the errors of a run, and of mu at each point.
+
+    Attributes:
+        load: Of the load, relative.
+        force: Of the traction force, relative.
+        speed: Of the entrainment speed, relative.
+        temperature_c: Of the temperature.
+        zero_n: Of the zero of the force.
+        point: Of mu at each point.
+    """
 
     load: float = 0.005
     force: float = 0.002
@@ -47,10 +58,12 @@ class Errors:
 
     @property
     def of_curve(self) -> FloatArray:
+        """The five errors that all points of a curve share."""
         return np.array([self.load, self.force, self.speed, self.temperature_c, self.zero_n])
 
 
 def curves_at(conditions: list[tuple[float, float, float]]) -> Curves:
+    """One curve at each condition, at all slips of `SLIP`."""
     levels = np.array(conditions)
     number = len(conditions)
     curve = np.repeat(np.arange(number), len(SLIP))
@@ -63,15 +76,24 @@ def run_tests(
     of_run: Errors,
     of_rig: FloatArray | None = None,
 ) -> pd.DataFrame:
-    """A table of points; `of_rig` are errors of the four sensors that all runs share."""
+    """A table of points, with simulated errors.
+
+    Args:
+        conditions: P in GPa, U in m/s and T in degC of each run.
+        random: Source of chance.
+        of_run: Standard deviations of the errors of each run.
+        of_rig: Errors of load, force, speed and temperature that all runs share.
+    """
     curves = curves_at(conditions)
-    drawn = of_run.of_curve * random.standard_normal((len(conditions), 5))
-    drawn[:, :4] += 0.0 if of_rig is None else of_rig
-    load, force, speed, temperature, zero = drawn[curves.curve_of_point].T
+    errors_of_runs = of_run.of_curve * random.standard_normal((len(conditions), 5))
+    errors_of_runs[:, :4] += 0.0 if of_rig is None else of_rig
+    load, force, speed, temperature, zero = errors_of_runs[curves.curve_of_point].T
     p, u, t = curves.conditions[curves.curve_of_point].T
-    true = np.column_stack([p / np.cbrt(1 + load), u / (1 + speed), t - temperature])
+    true_conditions = np.column_stack([p / np.cbrt(1 + load), u / (1 + speed), t - temperature])
     point = np.arange(len(p))
-    mu = LAW.traction(TRUTH, Curves(true, curves.load_n, point, curves.slip).observations(LAW))
+    mu = LAW.traction(
+        TRUE_CONSTANTS, Curves(true_conditions, curves.load_n, point, curves.slip).observations(LAW)
+    )
     read = mu / (1 + load) * (1 + force) + zero / curves.load_n[curves.curve_of_point]
     frame = pd.DataFrame(conditions, columns=list(CONDITIONS)).assign(load_n=curves.load_n)
     return accepted_points(OIL, frame, SLIP, read, of_run.point, random)
@@ -80,40 +102,52 @@ def run_tests(
 def refit(
     points: pd.DataFrame, of_run: Errors | None = None, of_rig: FloatArray = NO_RIG
 ) -> FloatArray:
-    """Internal constants by generalised least squares, from the truth on: the valley is known here.
+    """Internal constants by generalised least squares, started from the true constants.
 
-    The rig's four errors are fitted too, held by their standard uncertainties.
+    The four errors of the rig are fitted too. Their standard uncertainties hold them near 0.
+
+    Args:
+        points: Table of points.
+        of_run: Standard deviations of the errors of each run; those of `Errors` by default.
+        of_rig: Standard uncertainties of load, force, speed and temperature of the rig.
     """
     data = problem_of(points).data
-    load = CONTACT.load_n(data.conditions[:, 0])
-    curves = Curves(data.conditions, load, data.curve_of_point, data.slip)
+    load_n = CONTACT.load_n(data.conditions[:, 0])
+    curves = Curves(data.conditions, load_n, data.curve_of_point, data.slip)
     of_run = of_run or Errors()
-    effect = curve_error_slopes(LAW, TRUTH, curves)
-    roots = []
-    for part in point_indices_by_curve(data.curve_of_point):
-        d = effect[part] * of_run.of_curve
-        of_points = d @ d.T + of_run.point**2 * np.eye(len(part))
-        roots.append(np.linalg.inv(np.linalg.cholesky(of_points)))
-    at, of_sensors = curves.observations(LAW), effect[:, :4] * of_rig
-    ends = np.cumsum([len(root) for root in roots])[:-1]
+    error_slopes = curve_error_slopes(LAW, TRUE_CONSTANTS, curves)
+    # inverse root of the covariance of each curve
+    whitening_matrices = []
+    for indices in point_indices_by_curve(data.curve_of_point):
+        effects = error_slopes[indices] * of_run.of_curve
+        covariance = effects @ effects.T + of_run.point**2 * np.eye(len(indices))
+        whitening_matrices.append(np.linalg.inv(np.linalg.cholesky(covariance)))
+    observations = curves.observations(LAW)
+    sensor_slopes = error_slopes[:, :4] * of_rig
+    curve_ends = np.cumsum([len(matrix) for matrix in whitening_matrices])[:-1]
 
-    def whitened(left: FloatArray) -> list[FloatArray]:
-        return [root @ part for root, part in zip(roots, np.split(left, ends), strict=True)]
+    def whitened(values: FloatArray) -> list[FloatArray]:
+        parts = np.split(values, curve_ends)
+        return [matrix @ part for matrix, part in zip(whitening_matrices, parts, strict=True)]
 
-    def residual(unknown: FloatArray) -> FloatArray:
-        internal, sensors = np.split(unknown, [len(TRUTH)])
-        left = data.mu - LAW.traction(internal, at) - of_sensors @ sensors
-        return np.concatenate([*whitened(left), sensors])
+    def residual(unknowns: FloatArray) -> FloatArray:
+        internal, sensor_errors = np.split(unknowns, [len(TRUE_CONSTANTS)])
+        mu_residual = data.mu - LAW.traction(internal, observations)
+        mu_residual = mu_residual - sensor_slopes @ sensor_errors
+        return np.concatenate([*whitened(mu_residual), sensor_errors])
 
-    def slopes(unknown: FloatArray) -> FloatArray:
-        of_law = LAW.jacobian(unknown[: len(TRUTH)], at)
-        return np.vstack([*whitened(-np.hstack([of_law, of_sensors])), np.eye(4, len(start), 12)])
+    def slopes(unknowns: FloatArray) -> FloatArray:
+        law_slopes = LAW.jacobian(unknowns[: len(TRUE_CONSTANTS)], observations)
+        slopes_of_sensors = np.eye(4, len(start), len(TRUE_CONSTANTS))
+        return np.vstack([*whitened(-np.hstack([law_slopes, sensor_slopes])), slopes_of_sensors])
 
-    start = np.concatenate([TRUTH, np.zeros(4)])
-    return least_squares(residual, start, slopes, method="lm", x_scale="jac").x[: len(TRUTH)]
+    start = np.concatenate([TRUE_CONSTANTS, np.zeros(4)])
+    solution = least_squares(residual, start, slopes, method="lm", x_scale="jac").x
+    return solution[: len(TRUE_CONSTANTS)]
 
 
 def oil_in_bearing() -> OilInBearing:
+    """The oil with its printed law, as bearings take it."""
     (oil,) = oils_in_bearings(*printed_fits(), SETTINGS)
     return oil
 

@@ -23,7 +23,13 @@ TESTED = {
 def planted_tables(
     law: Law, oils: Mapping[str, Mapping[str, float]], **of_quality: Any
 ) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Tables of coefficients and fit quality of oils whose constants are planted, by name."""
+    """Tables of coefficients and fit quality of oils whose constants are planted.
+
+    Args:
+        law: The law.
+        oils: Constants by name, for each oil.
+        of_quality: Further columns of the table of fit quality.
+    """
     ends = {
         f"tested_{end}_{name}": value
         for name, pair in TESTED.items()
@@ -31,11 +37,12 @@ def planted_tables(
     }
     coefficients, quality = [], []
     for oil, constants in oils.items():
-        of = {"oil": oil, "law": law.name}
-        quality.append({**of, **ends, **of_quality})
+        oil_and_law = {"oil": oil, "law": law.name}
+        quality.append({**oil_and_law, **ends, **of_quality})
         for name, value in constants.items():
             verdict = "not identifiable" if np.isnan(value) else "known"
-            coefficients.append({**of, "constant": name, "value": value, "verdict": verdict})
+            constant = {"constant": name, "value": value, "verdict": verdict}
+            coefficients.append({**oil_and_law, **constant})
     constants_table = rows("coefficients", *coefficients, flag=True)
     return constants_table, rows("fit_quality", *quality, flag=True)
 

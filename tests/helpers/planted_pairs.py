@@ -29,7 +29,7 @@ class OilPair:
         return self.second(*conditions.T, slip) / self.first(*conditions.T, slip)
 
 
-def times(truth: LawlessTruth, factor: float = PLANTED_RATIO) -> LawlessTruth:
+def scaled_oil(truth: LawlessTruth, factor: float = PLANTED_RATIO) -> LawlessTruth:
     """An oil with the same shape of all curves and `factor` times the traction."""
 
     def scaled(pressure, speed, temperature, slip):
@@ -38,7 +38,7 @@ def times(truth: LawlessTruth, factor: float = PLANTED_RATIO) -> LawlessTruth:
     return scaled
 
 
-def relative(truth: LawlessTruth) -> LawlessTruth:
+def related_oil(truth: LawlessTruth) -> LawlessTruth:
     """An oil of the same family: as if it were 4 K colder, and other conditions differed too."""
 
     def shifted(pressure, speed, temperature, slip):
@@ -47,9 +47,9 @@ def relative(truth: LawlessTruth) -> LawlessTruth:
     return shifted
 
 
-PLANTED = {f"{name} x 1.04": OilPair(TRUTHS[name], times(TRUTHS[name])) for name in TRUTHS}
-RELATIVES = {f"{name}, relative": OilPair(TRUTHS[name], relative(TRUTHS[name])) for name in TRUTHS}
-STRANGERS = {
+PLANTED = {f"{name} x 1.04": OilPair(TRUTHS[name], scaled_oil(TRUTHS[name])) for name in TRUTHS}
+RELATED = {f"{name}, relative": OilPair(TRUTHS[name], related_oil(TRUTHS[name])) for name in TRUTHS}
+UNRELATED = {
     f"{first}, {second}": OilPair(TRUTHS[first], TRUTHS[second])
     for first, second in (("rat", "wav"), ("mix", "sol"), ("limited_eyring", "heated_tanh"))
 }

@@ -50,7 +50,7 @@ def project(root: Path) -> Path:
     return root
 
 
-def made(
+def finished_run(
     root: Path, settings: Settings, raw: Mapping[str, bytes], frames: Mapping[str, pd.DataFrame]
 ) -> FinishedRun:
     """A finished run in a project: its raw logs, tables, one figure, one log."""
@@ -92,13 +92,13 @@ def made(
     )
 
 
-def rebuilding(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: bytes) -> None:
-    """Stand in for the run of snakemake: the same results, some of them changed."""
+def fake_rebuild(monkeypatch: pytest.MonkeyPatch, run: FinishedRun, **changed: bytes) -> None:
+    """Replace snakemake in a rebuild: it gives the same results, some of them changed."""
 
     def run_again(folder: Path, *_: object) -> None:
         config = resolve(folder / "config", {})
         raw = {Path(path).name: (folder / path).read_bytes() for path in run.raw_digest_by_path}
-        again = made(folder, config, raw, {"runs": runs_of(raw)})
+        again = finished_run(folder, config, raw, {"runs": runs_of(raw)})
         for name, content in changed.items():
             (folder / run.results / f"{name}.txt").write_bytes(content)
         released(again)
@@ -126,13 +126,13 @@ def verify(folder: Path) -> list[str]:
 def released(run: FinishedRun) -> Path:
     """The release of a run in its own project, whose files are as its steps have written them."""
     name = run.settings.campaign.name
-    made_now(run)
+    list_files_as_made(run)
     folder, _ = make_release(run, run.root / "results/releases" / name)
     return folder
 
 
-def made_now(run: FinishedRun) -> None:
-    """The steps' list of what they wrote is that of the files as they are."""
+def list_files_as_made(run: FinishedRun) -> None:
+    """Write the list of what the steps have written: the digests of the files as they are now."""
     digests = {
         f"{run.results}/{name}": sha256(path.read_bytes()).hexdigest()
         for name, path in run.files_below_results().items()
@@ -141,7 +141,7 @@ def made_now(run: FinishedRun) -> None:
     (run.root / run.step_listings[0]).write_text(listing_text(digests), encoding="utf-8")
 
 
-def alter(release: Path, path: str, content: bytes) -> None:
+def alter_file(release: Path, path: str, content: bytes) -> None:
     """Put other content into a release or a pin and into its manifest, as a stranger can."""
     (release / path).chmod(0o644)
     (release / path).write_bytes(content)

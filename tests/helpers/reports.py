@@ -31,7 +31,7 @@ HOSTILE = [
 ]
 
 
-def measured(oil: str) -> pd.DataFrame:
+def points_with_calibration(oil: str) -> pd.DataFrame:
     """Points with errors of whole curves and a calibration, so that intervals have both parts."""
     points = make_points(oil, CONDITIONS, noise=1e-4)
     gain = 1 + 0.01 * generator(3, "gain", oil).standard_normal(len(CONDITIONS))
@@ -50,7 +50,7 @@ def measured(oil: str) -> pd.DataFrame:
 
 def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables:
     """Three oils fitted; one run, one log and one torque log refused."""
-    points = pd.concat([measured(oil) for oil in oils], ignore_index=True)
+    points = pd.concat([points_with_calibration(oil) for oil in oils], ignore_index=True)
     settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
     fits = []
     for oil in oils:
@@ -138,7 +138,7 @@ def by_anchor(results: CampaignTables, config: Settings) -> dict[str, Section]:
     return {section.anchor: section for section in campaign_sections(results, config)}
 
 
-def told(section: Section) -> str:
+def sentences(section: Section) -> str:
     """All sentences of a section."""
     return " ".join(f"{fact.text} {fact.advice}" for fact in section.facts)
 

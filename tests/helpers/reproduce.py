@@ -26,7 +26,15 @@ GUARD = ROOT / "tests/guard"
 
 @dataclass(frozen=True)
 class Surroundings:
-    """What a run finds around it."""
+    """What a run finds around it.
+
+    Attributes:
+        cores: Number of cores.
+        environment: Variables of the environment.
+        before: Program and arguments that start the command.
+        python: The Python that runs it.
+        lacking: What could not be made different, in words.
+    """
 
     cores: str = "1"
     environment: Mapping[str, str] = field(default_factory=dict)
@@ -41,7 +49,7 @@ USUAL = Surroundings(
 )
 
 
-def measured() -> dict[str, str]:
+def coverage_environment() -> dict[str, str]:
     """Environment of a run whose jobs count for coverage."""
     return {name: value for name, value in os.environ.items() if name.startswith("COVERAGE_")}
 
@@ -60,14 +68,15 @@ def unusual(folder: Path) -> Surroundings:
         lacking.append("another date (libfaketime is not installed)")
     before = ["unshare", "--user", "--map-user=65534", "--keep-caps", "--uts", "--net"]
     before += ["sh", "-c", 'hostname elsewhere && exec "$@"', "sh"]
-    if not works([*before, "true"]):
+    if not succeeds([*before, "true"]):
         before = []
         lacking.append("another host name and user id, and no network (unshare is not allowed)")
     before += ["sh", "-c", 'umask 077 && exec "$@"', "sh"]
     return Surroundings("2", {**environment, **clock}, before, lacking=lacking)
 
 
-def works(command: Sequence[str]) -> bool:
+def succeeds(command: Sequence[str]) -> bool:
+    """Whether a command can be run and ends without an error."""
     try:
         return subprocess.run(command, capture_output=True, check=False).returncode == 0
     except OSError:
@@ -91,7 +100,7 @@ def command(
     Coverage is not measured: its tracer nearly doubles the time of a job. Bytecode is kept: without
     it each job would compile the library anew.
     """
-    left_out = {*measured(), "PYTHONDONTWRITEBYTECODE"}
+    left_out = {*coverage_environment(), "PYTHONDONTWRITEBYTECODE"}
     environment = {
         **{name: value for name, value in os.environ.items() if name not in left_out},
         "PYTHONPATH": os.pathsep.join([str(project / "workflow"), str(GUARD)]),
@@ -190,6 +199,7 @@ def files_made(project: Path) -> set[str]:
 
 
 def content(path: Path) -> object:
+    """Bytes of a file, or target of a link."""
     return path.readlink() if path.is_symlink() else path.read_bytes()
 
 
@@ -213,6 +223,7 @@ def copy_logs(campaign: str, project: Path) -> None:
 
 
 def main(campaign: str, python: str = "") -> int:
+    """Run a campaign twice and compare; 0 where all bytes are the same."""
     with tempfile.TemporaryDirectory(prefix="oilfilm-verify-") as folder:
         projects = (Path(folder, "first"), Path(folder, "the second/of two"))
         other = Surroundings("2", python=python) if python else unusual(Path(folder))

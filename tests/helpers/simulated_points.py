@@ -90,7 +90,7 @@ class Drift:
 
 
 @dataclass(frozen=True)
-class Campaign:
+class PointCampaign:
     """What a simulated campaign of settled points is made of.
 
     Attributes:
@@ -123,22 +123,24 @@ class Campaign:
         """
         runs, steps, errors = len(conditions), self.slip_steps, self.errors
         slip = np.broadcast_to(np.linspace(0, self.slip_max, steps), (runs, steps))
-        at = [np.broadcast_to(level[:, np.newaxis], slip.shape) for level in conditions.T]
-        mu = self.truth(*at, slip)
+        true_levels = [np.broadcast_to(level[:, np.newaxis], slip.shape) for level in conditions.T]
+        true_pressure, true_speed, true_temperature = true_levels
+        mu = self.truth(*true_levels, slip)
         if self.other is not None:
             share = np.reshape(self.drift.other, (-1, 1))
-            mu = (1 - share) * mu + share * self.other(*at, slip)
+            mu = (1 - share) * mu + share * self.other(*true_levels, slip)
         gain, load, temperature, zero = random.standard_normal((4, runs, 1))
-        true_load = self.contact.load_n(at[0])
+        true_load = self.contact.load_n(true_pressure)
         read_load = true_load * (1 + errors.load * load + errors.common_load)
         read_load = read_load + np.reshape(self.drift.load_n, (-1, 1))
         force = mu * (1 + errors.point * random.standard_normal(mu.shape)) + errors.zero * zero
         force = force * true_load * (1 + errors.gain * gain + errors.common_gain)
         force = force * np.reshape(self.drift.force, (-1, 1))
-        read_temperature = at[2] + errors.temperature_c * temperature + errors.common_temperature_c
+        read_temperature = true_temperature + errors.temperature_c * temperature
+        read_temperature = read_temperature + errors.common_temperature_c
         columns = {
-            "max_hertz_pressure_gpa": at[0] * np.cbrt(read_load / true_load),
-            "entrainment_speed_m_s": at[1] * np.reshape(self.drift.speed, (-1, 1)),
+            "max_hertz_pressure_gpa": true_pressure * np.cbrt(read_load / true_load),
+            "entrainment_speed_m_s": true_speed * np.reshape(self.drift.speed, (-1, 1)),
             "inlet_temperature_c": read_temperature + np.reshape(self.drift.temperature_c, (-1, 1)),
             "load_n": read_load,
             "slide_roll_ratio": slip * np.reshape(self.drift.slip, (-1, 1)),
@@ -146,8 +148,8 @@ class Campaign:
             "traction_coefficient": force / read_load,
         }
         rows = pd.DataFrame({name: np.ravel(values) for name, values in columns.items()})
-        whole = tables.empty_table("points").reindex(rows.index)
-        return whole.assign(
+        all_columns = tables.empty_table("points").reindex(rows.index)
+        return all_columns.assign(
             **rows,
             oil=oil,
             accepted=True,

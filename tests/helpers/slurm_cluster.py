@@ -76,8 +76,10 @@ class Cluster:
         self.folder = folder
         self.host = socket.gethostname().split(".")[0]
         with ExitStack() as stack:
-            doors = [stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(4)]
-            self.ports = [door.getsockname()[1] for door in doors]
+            sockets = [
+                stack.enter_context(socket.create_server(("127.0.0.1", 0))) for _ in range(4)
+            ]
+            self.ports = [free_socket.getsockname()[1] for free_socket in sockets]
         self.environment = {"SLURM_CONF": str(folder / "slurm.conf"), "PATH": PATH}
         self._daemons: dict[str, subprocess.Popen[bytes]] = {}
 
@@ -174,11 +176,11 @@ class Cluster:
         data = self.folder / "database"
         options = ["--no-defaults", "--user=root", f"--datadir={data}", "--skip-test-db"]
         self.command("mariadb-install-db", *options, "--auth-root-authentication-method=normal")
-        door = self.folder / "database.socket"
-        where = ["--bind-address=127.0.0.1", f"--port={self.ports[3]}", f"--socket={door}"]
+        socket_file = self.folder / "database.socket"
+        where = ["--bind-address=127.0.0.1", f"--port={self.ports[3]}", f"--socket={socket_file}"]
         small = ["--innodb-buffer-pool-size=64M", "--skip-name-resolve"]
         self._start("mariadbd", "--no-defaults", "--user=root", f"--datadir={data}", *where, *small)
-        client = ["mariadb", "--no-defaults", f"--socket={door}", "-e"]
+        client = ["mariadb", "--no-defaults", f"--socket={socket_file}", "-e"]
         self._wait(lambda: self.command(*client, "SELECT 1"), "MariaDB")
         self.command(*client, "CREATE USER 'slurm'@'127.0.0.1' IDENTIFIED BY 'test'")
         self.command(*client, "GRANT ALL ON slurm_acct_db.* TO 'slurm'@'127.0.0.1'")

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 KEY, SECRET = "key-never-to-be-printed", "never-to-be-printed"
-# All results in a bucket; the place is to follow.
+# Options of Snakemake: all results are in a bucket, whose address is the next argument.
 IN_BUCKET = ("--default-storage-provider", "s3", "--default-storage-prefix")
 
 
@@ -31,9 +31,13 @@ class Storage:
     def files(self, prefix: str) -> dict[str, bytes]:
         """Every object below a prefix that ends with a slash: name below it, content."""
         pages = self.client.get_paginator("list_objects_v2").paginate(Bucket="lab", Prefix=prefix)
-        keys = [each["Key"] for page in pages for each in page.get("Contents", ())]
-        objects = {key: self.client.get_object(Bucket="lab", Key=key) for key in keys}
-        return {key.removeprefix(prefix): each["Body"].read() for key, each in objects.items()}
+        content_by_name = {}
+        for page in pages:
+            for entry in page.get("Contents", ()):
+                key = entry["Key"]
+                stored = self.client.get_object(Bucket="lab", Key=key)
+                content_by_name[key.removeprefix(prefix)] = stored["Body"].read()
+        return content_by_name
 
 
 def files_with_a_key(folder: Path) -> list[Path]:

@@ -27,8 +27,9 @@ class PlantedErrors:
         slip_scale: Of the slip, relative, one per run.
         temperature_k: Of the temperature, one per run.
         noise: Of each point, relative.
-        kind: norm; logn: gains are log-normal and skew; heavy: noise of Student's t with 3 degrees
-            of freedom; het: noise grows at low traction; slip0: slips have an offset.
+        kind: `norm`: normal; `logn`: gains are log-normal and skew; `heavy`: noise of Student's t
+            with 3 degrees of freedom; `het`: noise grows at low traction; `slip0`: slips have an
+            offset.
         rig_gain: Of the force, relative, one per rig; runs take turns on three rigs.
     """
 
@@ -52,7 +53,7 @@ def ends(values: tuple[float, ...]) -> tuple[float, float]:
 
 
 def latin() -> FloatArray:
-    """24 conditions: three pressures, four speeds and six temperatures, two per pair."""
+    """24 conditions of a Latin design: two of six temperatures per pair of pressure and speed."""
     rows = []
     for (i, pressure), (j, speed) in itertools.product(enumerate(PRESSURES), enumerate(SPEEDS)):
         for half in (0, 3):
@@ -90,7 +91,7 @@ def simulated(
         random: Draws the errors.
         errors: Their sizes.
         slips: Slips of every curve.
-        rig_gains: Gains of the three rigs; drawn if they are not given.
+        rig_gains: Gains of the three rigs, shape (3,); drawn if they are not given.
     """
     errors = errors or PlantedErrors()
     curves = len(conditions)

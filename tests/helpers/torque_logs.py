@@ -14,7 +14,7 @@ RATE_HZ = 20
 BEARING = "mainshaft-167"
 QUANTITIES = "time axial_load inner_speed oil_temperature outer_ring_temperature torque".split()
 UNITS = dict(zip(QUANTITIES, ("s", "N", "rpm", "degC", "degC", "N m"), strict=True))
-# Columns of the table of torque logs, in the same order.
+# Columns of the table of torque logs: quantities with their units, in the same order.
 NAMES = tuple(
     f"{quantity}_{unit.removeprefix('deg').replace(' ', '_').lower()}"
     for quantity, unit in UNITS.items()
@@ -24,10 +24,10 @@ NAMES = tuple(
 def signals(seed: int = 1) -> pd.DataFrame:
     """Rest, three speeds with torques of 2, 3 and 5 N m, rest."""
     levels = np.repeat([0, 1, 2, 3, 0], [120, 160, 160, 160, 120])
-    return measured(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed)
+    return signals_of(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed)
 
 
-def measured(speed: np.ndarray, torque: np.ndarray, seed: int) -> pd.DataFrame:
+def signals_of(speed: np.ndarray, torque: np.ndarray, seed: int) -> pd.DataFrame:
     """Signals of known speed and torque, with a zero of 0.3 N m and noise of 0.05 N m."""
     random = np.random.default_rng(seed)
     count = len(speed)
@@ -49,6 +49,7 @@ def by_quantity(frame: pd.DataFrame) -> dict[str, np.ndarray]:
 
 
 def text(frame: pd.DataFrame, header: str = "# oil: 4050\n") -> bytes:
+    """A log as CSV, below header lines."""
     return header.encode() + frame.to_csv(index=False, lineterminator="\n").encode()
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 import bad_logs
-from attacks import MUTATORS, attack, carry, rows_written
+from attacks import MUTATORS, attack, judge_bytes, rows_written
 from bad_logs import PCS_CONFIG
 from damages import SOUND
 from formats import WRITERS
@@ -41,7 +41,7 @@ def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
     etm, ehd = traction_export(range(1, 6)), film_export()
     damaged = [attack(etm, ehd, random) for _ in range(files)]
     damaged += [attack(ehd, etm, random) for _ in range(files)]
-    assert len({carry(each, PCS_CONFIG) for each in damaged}) >= 3
+    assert len({judge_bytes(each, PCS_CONFIG) for each in damaged}) >= 3
 
 
 @pytest.mark.no_cover
@@ -53,12 +53,12 @@ def test_damaged_logs_of_every_format_end_in_a_verdict(rig: str, name: str, file
     content = log.written(name)
     damaged = [content[: int(share * len(content))] for share in (0.03, 0.5, 0.9, 0.999)]
     damaged += [attack(content, log.text(), random) for _ in range(files)]
-    assert len({carry(each, log.config, log.kind) for each in damaged}) >= 2
+    assert len({judge_bytes(each, log.config, log.kind) for each in damaged}) >= 2
 
 
 @pytest.mark.parametrize("content", [b"", b"\n", b"\0", b"#", b"# oil: 4102", b"\xef\xbb\xbf"])
 def test_next_to_nothing_ends_in_a_verdict(config: Settings, content: bytes) -> None:
-    assert carry(content, config) in {"unknown_format", "columns"}
+    assert judge_bytes(content, config) in {"unknown_format", "columns"}
 
 
 @pytest.mark.parametrize("zeros", [1, 3])

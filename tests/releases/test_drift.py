@@ -29,7 +29,7 @@ from oilfilm.releases.stored_release import StoredRelease, pin
 from oilfilm.settings.resolve import resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from releases import alter, made, project, released, tables_of
+from releases import alter_file, finished_run, project, released, tables_of
 
 OILS = ("4102", "4050")
 CONFIG = ["--config", str(ROOT / "config")]
@@ -55,7 +55,7 @@ def make(
         config: Settings = demo.config, raw: dict[str, bytes] = LOGS, **replaced: pd.DataFrame
     ) -> Path:
         root = project(tmp_path_factory.mktemp("drift") / "p")
-        return released(made(root, config, raw, {**frames, **replaced}))
+        return released(finished_run(root, config, raw, {**frames, **replaced}))
 
     return release
 
@@ -151,7 +151,9 @@ def test_each_difference_is_in_its_section(
     after = make(config, points=points, coefficients=coefficients)
     environment = read_manifest(after)[0].made_from.environment.model_dump()
     packages = {**environment["packages"], "numpy": "99.0"}
-    alter(after, "environment.json", canonical_json({**environment, "packages": packages}).encode())
+    alter_file(
+        after, "environment.json", canonical_json({**environment, "packages": packages}).encode()
+    )
     rows = {each.title: each.rows for each in comparison_of(before, after).sections}
     row = points.loc[first]
     point = f"{row['run_id']}, {row['first_row']}"
@@ -295,7 +297,7 @@ def of_another_version(
     content = parquet.read_table(file).drop_columns([lost])
     content = content.append_column(added, arrow.nulls(content.num_rows, arrow.string()))
     parquet.write_table(content, file)
-    alter(copy, f"tables/{table_name}.parquet", file.read_bytes())
+    alter_file(copy, f"tables/{table_name}.parquet", file.read_bytes())
     return copy
 
 
@@ -391,7 +393,7 @@ def with_kernels(release: Path, folder: Path, kernels: dict[str, Any]) -> Path:
     """A copy of a release whose manifest names these kernels."""
     copied = shutil.copytree(release, folder)
     environment = read_manifest(release)[0].made_from.environment.model_dump(exclude={"blas"})
-    alter(copied, "environment.json", canonical_json({**environment, **kernels}).encode())
+    alter_file(copied, "environment.json", canonical_json({**environment, **kernels}).encode())
     return copied
 
 

@@ -30,14 +30,23 @@ from oilfilm.releases.manifest import (
 )
 from oilfilm.releases.stored_release import pin
 from oilfilm.settings.resolved import Settings
-from releases import RAW, made, made_now, project, rebuilding, released, runs_of, verify
+from releases import (
+    RAW,
+    fake_rebuild,
+    finished_run,
+    list_files_as_made,
+    project,
+    released,
+    runs_of,
+    verify,
+)
 
 SECOND = "data/raw/laboratory/b 12:30.csv"
 
 
 @pytest.fixture
 def run(config: Settings, tmp_path: Path) -> making.FinishedRun:
-    return made(project(tmp_path / "project"), config, RAW, {"runs": runs_of(RAW)})
+    return finished_run(project(tmp_path / "project"), config, RAW, {"runs": runs_of(RAW)})
 
 
 def bytes_of(folder: Path) -> dict[str, bytes]:
@@ -50,7 +59,7 @@ def test_same_run_in_another_folder_gives_the_same_version_and_bytes(
 ) -> None:
     other = project(tmp_path / "elsewhere" / "deep")
     os.utime(other / "Snakefile", (0, 0))
-    twin = made(other, config, RAW, {"runs": runs_of(RAW)})
+    twin = finished_run(other, config, RAW, {"runs": runs_of(RAW)})
     one, two = released(run), released(twin)
     assert one.name == two.name
     assert bytes_of(one) == bytes_of(two)
@@ -131,7 +140,7 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
     ],
 )
 def test_changed_file_is_not_released(run: making.FinishedRun, file: str, sentence: str) -> None:
-    made_now(run)
+    list_files_as_made(run)
     if "releases" in file:
         making.make_release(run, run.root / "results/releases/laboratory")
         (run.root / file).chmod(0o644)
@@ -403,7 +412,7 @@ def measured(
     """A run of measured logs, which a rebuild has to find again; the project is the folder."""
     campaign = without(config, "twin", "torque").with_changes({"campaign": {"figures": ["curves"]}})
     own = Settings.from_plain_values({**campaign.plain_values(), "bearings": {}})
-    run = made(project(tmp_path / "project"), own, RAW, {"runs": runs_of(RAW)})
+    run = finished_run(project(tmp_path / "project"), own, RAW, {"runs": runs_of(RAW)})
     monkeypatch.chdir(run.root)
     return run
 
@@ -414,7 +423,7 @@ def test_rebuild_from_the_raw_logs_gives_the_same_bytes(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """The release's own configuration counts, whatever config/ holds by now."""
-    rebuilding(monkeypatch, measured)
+    fake_rebuild(monkeypatch, measured)
     assert main(["verify", str(released(measured)), "--rebuild"]) == 0
     assert "the same bytes" in capsys.readouterr().out
 
@@ -425,7 +434,7 @@ def test_rebuild_names_every_difference(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     release = released(measured)
-    rebuilding(monkeypatch, measured, summary=b"fine\nor not\n")
+    fake_rebuild(monkeypatch, measured, summary=b"fine\nor not\n")
     (measured.root / "workflow/oilfilm/fit.py").write_text("answer = 43\n", encoding="utf-8")
     assert main(["verify", str(release), "--rebuild"]) == 1
     printed = capsys.readouterr().out
@@ -443,7 +452,7 @@ def test_rebuild_on_another_kernel_says_so(
     here = read_manifest(release)[0].made_from.environment
     there = here.model_copy(update={"blas": ["openblas 0.3.31 Elsewhere"]})
     monkeypatch.setattr(making, "environment", lambda home: there)
-    rebuilding(monkeypatch, measured)
+    fake_rebuild(monkeypatch, measured)
     assert main(["verify", str(release), "--rebuild"]) == 1
     printed = capsys.readouterr().out
     assert "\n\nMade with another kernel:\n" in printed

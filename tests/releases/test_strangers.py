@@ -20,7 +20,7 @@ from oilfilm.releases.manifest import MANIFEST_FILE
 from oilfilm.releases.stored_release import StoredRelease
 from oilfilm.settings.resolved import Settings
 from oilfilm.settings.yaml_file import as_yaml
-from releases import alter
+from releases import alter_file
 
 CONFIG = ["--config", str(ROOT / "config")]
 # Markup, a template, an address that runs a script, and what steers a terminal or turns a line.
@@ -84,7 +84,7 @@ def test_manifest_of_very_many_keys_takes_little_memory(stranger: Path, n_keys: 
 def test_configuration_made_to_deceive_is_refused(
     release: Path, stranger: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    alter(stranger, "config.yaml", b"a: \x1b[31m\n")
+    alter_file(stranger, "config.yaml", b"a: \x1b[31m\n")
     assert "not valid YAML" in refusal(capsys, "diff", release, stranger, *CONFIG)
 
 
@@ -115,7 +115,7 @@ def test_rebuild_refuses_a_configuration_of_a_stranger_or_of_an_earlier_version(
     plain = config.plain_values()
     if names := changes.get("oils"):
         changes = {"oils": {**dict.fromkeys(names, plain["oils"]["4102"]), **plain["oils"]}}
-    alter(stranger, "config.yaml", as_yaml(plain | changes).encode())
+    alter_file(stranger, "config.yaml", as_yaml(plain | changes).encode())
     printed = refusal(capsys, "verify", stranger, "--rebuild", "--cores", "1")
     assert "version of oilfilm" in printed
     assert "folder code/" in printed

@@ -24,7 +24,7 @@ from pictures import (
     drawing_of,
     is_as_wide_as_a_column,
     nothing_is_cut_off,
-    of_oils,
+    settings_of_oils,
 )
 from reports import rows
 
@@ -145,7 +145,7 @@ PICTURES = ["curves", "identifiability"]
 def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
     drawing: Draw, config: Settings, tmp_path: Path, name: str, oils: list[str]
 ) -> None:
-    figure, _ = drawing(name, of_oils(config, oils))
+    figure, _ = drawing(name, settings_of_oils(config, oils))
     assert nothing_is_cut_off(figure)
     # all else is in the caption
     assert not figure.texts

@@ -21,7 +21,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction.law import CONDITIONS
 from oilfilm.traction.laws.deng2026 import traction_coefficient
-from pictures import Draw, drawing_of, nothing_is_cut_off, of_oils
+from pictures import Draw, drawing_of, nothing_is_cut_off, settings_of_oils
 
 
 @pytest.fixture(scope="module")
@@ -188,7 +188,7 @@ def test_isothermal_curve_is_corrected_in_the_contact_of_its_own_rig(
         rig_of_name = {rig_name: plain["rigs"][rig_name], "small": small_ball}
         rigs = {name: rig_of_name[name] for name in names}
         settings = Settings.from_plain_values(plain | {"rigs": rigs})
-        _, drawn = drawing("isothermal", of_oils(settings, ["4102"]), **new)
+        _, drawn = drawing("isothermal", settings_of_oils(settings, ["4102"]), **new)
         drawn_in_order.append(drawn)
     pd.testing.assert_frame_equal(*drawn_in_order)
     assert drawn["value"].max() > 0

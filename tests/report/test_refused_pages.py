@@ -193,7 +193,7 @@ def test_refused_torque_log_has_its_page_with_traction_logs(demo: Campaign, tmp_
 def brief_log() -> bytes:
     """A torque log with one level that is too brief for a plateau, and two that are too short."""
     levels = np.repeat([0, 1, 2, 3, 0], [120, 70, 30, 70, 120])
-    log = torque_logs.measured(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed=1)
+    log = torque_logs.signals_of(3000.0 * levels, np.array([0.0, 2.0, 3.0, 5.0])[levels], seed=1)
     return torque_logs.text(log)
 
 

@@ -30,7 +30,7 @@ from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import NOT_KNOWN
-from reports import OILS, by_anchor, cells, report_of, rows, told
+from reports import OILS, by_anchor, cells, report_of, rows, sentences
 
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 
@@ -85,8 +85,10 @@ def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config
     )
     section = by_anchor(results.replace(torque=torque), config)["bearing"]
     left_out = "Left out, because the cage may roll or skid: 1 of 2 plateaus."
-    assert f"{left_out} Operating points: 4102 at 12000 rpm, 5000 N, 100 degC." in told(section)
-    assert "Traction causes 20 % to 20 % of the torque." in told(section)  # 0.2 of 1.0 N m
+    assert f"{left_out} Operating points: 4102 at 12000 rpm, 5000 N, 100 degC." in sentences(
+        section
+    )
+    assert "Traction causes 20 % to 20 % of the torque." in sentences(section)  # 0.2 of 1.0 N m
     row = cells(section, "torque", "4102")
     assert row["Points"] == "1"
     assert row["Median error"] == row["Largest error"] == percent_formatter(1)(0.1)
@@ -102,7 +104,7 @@ def test_torque_logs_with_a_colon_in_their_names_are_counted_one_by_one(
         for run_id, file in [*names.items(), ("b.xlsx:2", "b.xlsx")]
     ]
     changed = results.replace(torque_runs=rows("torque_runs", *plateaus))
-    assert "3 of them have runs that were kept" in told(by_anchor(changed, config)["bearing"])
+    assert "3 of them have runs that were kept" in sentences(by_anchor(changed, config)["bearing"])
 
 
 def test_bearing_section_says_where_the_motion_is_not_known(
@@ -111,8 +113,8 @@ def test_bearing_section_says_where_the_motion_is_not_known(
     flags = pd.array([None, False], dtype="boolean")
     torque = results.torque.assign(converged=True, run_id=["a", "b"], bistable=flags)
     section = by_anchor(results.replace(torque=torque), config)["bearing"]
-    assert "not known at 1 of 2 plateaus whether the cage may roll or skid" in told(section)
-    assert "Left out" not in told(section)
+    assert "not known at 1 of 2 plateaus whether the cage may roll or skid" in sentences(section)
+    assert "Left out" not in sentences(section)
     assert cells(section, "torque", "4102")["Points"] == "2"
 
 
@@ -123,8 +125,8 @@ def test_bearing_section_says_that_the_momentum_of_feed_oil_is_missing(
     for momentum_n_m, is_missing in ((np.nan, True), (0.4, False)):
         changed = results.replace(torque=torque.assign(momentum_torque_n_m=momentum_n_m))
         section = by_anchor(changed, config)["bearing"]
-        assert ("lacks the momentum of the feed oil" in told(section)) == is_missing
-        assert "has no uncertainty" not in told(section)
+        assert ("lacks the momentum of the feed oil" in sentences(section)) == is_missing
+        assert "has no uncertainty" not in sentences(section)
 
 
 @pytest.mark.parametrize(
@@ -138,7 +140,7 @@ def test_refits_are_said_to_lack_only_where_they_do(
     error = 0.1 if has_errors else np.nan
     coefficients = results.coefficients.assign(standard_error=error)
     changed = results.replace(torque=torque, coefficients=coefficients)
-    assert ("has no refits" in told(by_anchor(changed, config)["bearing"])) == lacks_refits
+    assert ("has no refits" in sentences(by_anchor(changed, config)["bearing"])) == lacks_refits
 
 
 def test_operating_point_without_a_full_film_says_so(
@@ -162,7 +164,7 @@ def test_share_of_traction_is_told_where_the_law_has_an_equilibrium(
         of_stress = both[0].assign(converged=is_found)
         torque = pd.concat([of_stress, both[1].assign(converged=True)])
         section = bearing_section(results.replace(torque=torque), config)
-        assert ("Traction causes" in told(section)) == is_found
+        assert ("Traction causes" in sentences(section)) == is_found
 
 
 def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
@@ -177,8 +179,8 @@ def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
     ]
     balance = rows("heat_balance", *points)
     section = by_anchor(results.replace(heat_balance=balance), config)["bearing"]
-    assert "1 of 2 operating points" in told(section)
-    assert "at 2 more" in told(section)
+    assert "1 of 2 operating points" in sentences(section)
+    assert "at 2 more" in sentences(section)
 
 
 def test_lists_of_tables_are_joined_where_they_are_shown() -> None:
@@ -196,7 +198,7 @@ def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: S
     changed = results.replace(quarantine=listed, gate_counts=counts)
     section = by_anchor(changed, config)["refused"]
     assert [row[0] for row in section.tables[0].rows] == ["thin film"]
-    assert remark["reason"] not in told(section)
+    assert remark["reason"] not in sentences(section)
 
 
 def test_lost_run_of_a_log_that_has_other_runs_is_counted(
@@ -206,7 +208,7 @@ def test_lost_run_of_a_log_that_has_other_runs_is_counted(
     lost = {"file": file, "run_id": f"{file}:2", "rule": "columns", "reason": "no load"}
     listed = pd.concat([results.quarantine, rows("quarantine", lost)], ignore_index=True)
     refused = refused_section(results.replace(quarantine=listed), config)
-    assert "2 runs refused: stuck sensor 1, columns 1" in told(refused)
+    assert "2 runs refused: stuck sensor 1, columns 1" in sentences(refused)
 
 
 def test_curve_of_unknown_temperature_hides_no_uncertainty_of_the_others(

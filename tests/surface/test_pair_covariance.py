@@ -13,7 +13,7 @@ from oilfilm.surface.pair_covariance import PairCovariance, PairSizes, pair_obje
 from oilfilm.surface.ratio import RunsOfPair
 from oilfilm.surface.reduction import box_of
 from oilfilm.traction import PAPER_LAW
-from planted_pairs import times
+from planted_pairs import scaled_oil
 from surface_campaigns import random_conditions, simulated
 
 KNOWN = pair_priors(ErrorPriors())
@@ -26,7 +26,7 @@ def runs():
     conditions, slips = random_conditions(6, random), np.geomspace(0.003, 0.3, 5)
     oils = [
         simulated(truth, conditions, random, slips=slips)
-        for truth in (TRUTHS["jt"], times(TRUTHS["jt"]))
+        for truth in (TRUTHS["jt"], scaled_oil(TRUTHS["jt"]))
     ]
     return RunsOfPair(*(oil.in_canonical_order() for oil in oils))
 

@@ -10,7 +10,7 @@ from oilfilm.surface import ratio as ratio_module
 from oilfilm.surface.measurements import Measurements
 from oilfilm.surface.ratio import OilOfPair, RunsOfPair, fit_ratio
 from oilfilm.surface.support import Support
-from planted_pairs import PLANTED_RATIO, relative, times
+from planted_pairs import PLANTED_RATIO, related_oil, scaled_oil
 from surface_campaigns import (
     PRESSURES,
     SPEEDS,
@@ -41,7 +41,7 @@ def asked(count, seed):
 def oils():
     # no law of the library has this truth
     truth = TRUTHS["limited_eyring"]
-    return oil_of(truth, latin(), 41), oil_of(times(truth), latin(), 42)
+    return oil_of(truth, latin(), 41), oil_of(scaled_oil(truth), latin(), 42)
 
 
 @pytest.fixture(scope="module")
@@ -62,10 +62,10 @@ def test_a_planted_ratio_is_inside_narrow_and_certain_with_24_runs_of_each_oil(f
 
 def test_a_ratio_that_changes_with_slip_and_conditions_is_inside():
     truth = TRUTHS["rat"]
-    surface = fit_ratio(oil_of(truth, latin(), 44), oil_of(relative(truth), latin(), 45))
+    surface = fit_ratio(oil_of(truth, latin(), 44), oil_of(related_oil(truth), latin(), 45))
     conditions, slip = asked(200, 46)
     lower, upper = surface.predict(conditions, slip).interval(surface.interval_factors.point)
-    true = relative(truth)(*conditions.T, slip) / truth(*conditions.T, slip)
+    true = related_oil(truth)(*conditions.T, slip) / truth(*conditions.T, slip)
     assert np.ptp(true) > 0.05
     # errors of one campaign go together: its share may be 8 % below the claim, not the mean of many
     assert np.mean((lower <= true) & (true <= upper)) >= 0.95 - 0.08
@@ -100,7 +100,7 @@ def test_order_of_rows_and_of_oils_changes_no_digit(oils, fitted):
 def test_eight_conditions_claim_no_95_percent_however_often_they_are_repeated(repeats):
     conditions = np.repeat(CORNERS, repeats, axis=0)
     truth = TRUTHS["own"]
-    surface = fit_ratio(oil_of(truth, conditions, 49), oil_of(times(truth), conditions, 50))
+    surface = fit_ratio(oil_of(truth, conditions, 49), oil_of(scaled_oil(truth), conditions, 50))
     # of eight left-out conditions a ninth is within the largest error in 8 of 9 cases
     assert surface.interval_factors.level == pytest.approx(8 / 9)
 
@@ -122,7 +122,7 @@ def test_conditions_of_one_oil_count_and_raise_no_level():
     truth, random = TRUTHS["jt"], np.random.default_rng(52)
     shared, own = latin()[::2], random_conditions(12, random)
     first = oil_of(truth, np.vstack([shared, own]), 53)
-    second = oil_of(times(truth), shared, 54)
+    second = oil_of(scaled_oil(truth), shared, 54)
     surface = fit_ratio(first, second)
     assert surface.interval_factors.level == pytest.approx(12 / 13)
     lower, upper = surface.predict(*asked(100, 55)).interval(surface.interval_factors.point)

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bad_curves import DAMAGES, Damage, damaged, film_collapse, one_step_high
+from bad_curves import CURVE_DAMAGES, CurveDamage, damage_curves, film_collapse, one_step_high
 from lawless_truths import TRUTHS
 from nights import nightly, quick_ones
 from oilfilm.surface.effects import ErrorPriors
@@ -33,11 +33,11 @@ def test_no_clean_curve_is_odd(slips):
 
 
 @pytest.mark.parametrize(
-    "damage", quick_ones(DAMAGES, [film_collapse]), ids=lambda damage: damage.__name__
+    "damage", quick_ones(CURVE_DAMAGES, [film_collapse]), ids=lambda damage: damage.__name__
 )
-def test_damaged_curve_of_twelve_is_named(damage: Damage):
+def test_damaged_curve_of_twelve_is_named(damage: CurveDamage):
     random = np.random.default_rng(32)
-    measured = damaged(simulated(TRUTHS["sol"], TWELVE, random, slips=SLIPS), [5], damage)
+    measured = damage_curves(simulated(TRUTHS["sol"], TWELVE, random, slips=SLIPS), [5], damage)
     assert odd_rows(measured) == {5}
 
 
@@ -52,17 +52,17 @@ def test_corner_where_the_oil_behaves_otherwise_is_not_odd(seed: int):
 
 
 @pytest.mark.nightly
-@pytest.mark.parametrize("damage", DAMAGES, ids=lambda damage: damage.__name__)
-def test_two_damaged_curves_of_24_are_named(damage: Damage):
+@pytest.mark.parametrize("damage", CURVE_DAMAGES, ids=lambda damage: damage.__name__)
+def test_two_damaged_curves_of_24_are_named(damage: CurveDamage):
     random = np.random.default_rng(32)
-    measured = damaged(simulated(TRUTHS["jt"], latin(), random, slips=SLIPS), [5, 17], damage)
+    measured = damage_curves(simulated(TRUTHS["jt"], latin(), random, slips=SLIPS), [5, 17], damage)
     assert odd_rows(measured) == {5, 17}
 
 
 def test_one_high_step_is_named_with_its_point_and_its_size():
     random = np.random.default_rng(33)
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
-    measured = damaged(clean, [7], one_step_high)
+    measured = damage_curves(clean, [7], one_step_high)
     (odd,) = [shape for shape in curve_shapes(measured, PAPER_LAW) if shape.is_odd]
     assert odd.curve_index == 7
     assert odd.point_index == np.flatnonzero(measured.mu != clean.mu)
@@ -82,7 +82,9 @@ def test_expected_traction_is_right_where_a_curve_is_ten_times_too_low():
 
 def test_shapes_do_not_depend_on_the_order_of_curves_and_points():
     random = np.random.default_rng(34)
-    measured = damaged(simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS), [2], film_collapse)
+    measured = damage_curves(
+        simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS), [2], film_collapse
+    )
     new_row = random.permutation(12)
     points = random.permutation(len(measured.mu))
     shuffled = Measurements(
@@ -107,12 +109,12 @@ def test_curves_of_a_large_campaign_are_judged_in_parts():
     random = np.random.default_rng(35)
     conditions = random_conditions(100, random)
     clean = simulated(TRUTHS["jt"], conditions, random, slips=np.geomspace(0.01, 0.3, 5))
-    assert odd_rows(damaged(clean, [60], film_collapse)) == {60}
+    assert odd_rows(damage_curves(clean, [60], film_collapse)) == {60}
 
 
 def test_curve_is_judged_by_the_covariance_of_all_points():
     measured = simulated(TRUTHS["jt"], TWELVE, np.random.default_rng(34), slips=SLIPS)
-    ordered = damaged(measured, [2], film_collapse).in_canonical_order()
+    ordered = damage_curves(measured, [2], film_collapse).in_canonical_order()
     law = quick_law(PAPER_LAW, ordered, 1e-4)
     covariance = fit_surface(ordered, law).covariance
     curves, noise = covariance.curves, covariance.sizes.noise
@@ -159,7 +161,7 @@ def test_a_zero_that_runs_have_makes_no_curve_odd(sign: int):
 def test_no_curve_is_refused_where_half_of_them_contradict_the_others():
     random = np.random.default_rng(38)
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
-    half = damaged(clean, [0, 2, 4, 6, 8, 10], film_collapse)
+    half = damage_curves(clean, [0, 2, 4, 6, 8, 10], film_collapse)
     shapes = curve_shapes(half, PAPER_LAW)
     assert max(shape.oddness for shape in shapes) <= REFUSED_ODDNESS
 

@@ -7,7 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bearings import RIG, RPM, SETTINGS, exact_keys, in_operation, printed_law, problem, shipped
+from bearings import (
+    RIG_CONTACT,
+    RPM,
+    SETTINGS,
+    exact_keys,
+    in_operation,
+    printed_law,
+    problem,
+    shipped,
+)
 from campaigns import LABORATORY, oil_of, printed
 from oilfilm.base.units import FloatArray
 from oilfilm.bearing.equilibria import friction_equilibrium
@@ -314,7 +323,7 @@ def test_a_law_on_load_takes_the_load_and_the_groups_of_the_bearings_contact(nam
     # the law's own equation, written out: X = X0 (W/100 N)^X1 (U/20)^X2 (T/20)^X3, or with
     # W/(E' R^2), eta0 U/(E' R), eta0 beta U^2/k of the contact's own Rx and E'
     oil = oil_of("4050")
-    law = laws_for(oil, RIG)[name]
+    law = laws_for(oil, RIG_CONTACT)[name]
     fitted = FittedLaw(law, Coefficients.from_constants(law, WANG_DENG))
     radius, modulus = np.array([0.004, 0.012]), 2.5e11
     load, speed = np.array([200.0, 900.0]), np.array([30.0, 60.0])
@@ -323,7 +332,9 @@ def test_a_law_on_load_takes_the_load_and_the_groups_of_the_bearings_contact(nam
         return np.broadcast_to(values, (1, 2))[..., np.newaxis].astype(float)
 
     at = Conditions(each(load), each(1.0), each(speed), each(100.0), each(radius), modulus)
-    in_bearing = LawInBearing.from_fit(fitted, law.name, RIG, SETTINGS.law_floor.model_dump())
+    in_bearing = LawInBearing.from_fit(
+        fitted, law.name, RIG_CONTACT, SETTINGS.law_floor.model_dump()
+    )
     mu = in_bearing(at, np.full((1, 2, 1), 0.02))
     eta, beta = oil.dynamic_viscosity_pa_s(100.0), oil.temperature_viscosity_coefficient_1_k(100.0)
     groups = (load / 100, speed / 20, 100 / 20)

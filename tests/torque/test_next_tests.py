@@ -50,8 +50,8 @@ from planned_tests import (
     OIL,
     SETTINGS,
     SLIP,
-    SMALL,
-    TRUTH,
+    SMALL_PLAN,
+    TRUE_CONSTANTS,
     Errors,
     curves_at,
     oil_in_bearing,
@@ -83,8 +83,10 @@ REPEATS = 150
 def information() -> Information:
     """What the small matrix tells, with the errors as planted and the constants as they are."""
     sizes = ErrorVariances(RUN_ERRORS.of_curve**2, RUN_ERRORS.point**2)
-    free = np.ones(len(TRUTH), dtype=bool)
-    return Information(LAW, TRUTH, free, curves_at(SMALL), sizes, RIG_ERRORS, SLIP, true_form)
+    free = np.ones(len(TRUE_CONSTANTS), dtype=bool)
+    return Information(
+        LAW, TRUE_CONSTANTS, free, curves_at(SMALL_PLAN), sizes, RIG_ERRORS, SLIP, true_form
+    )
 
 
 def true_form(conditions: FloatArray, slip: FloatArray) -> FloatArray:
@@ -100,12 +102,12 @@ def actual_errors(added_tests: list[tuple[float, float, float]]) -> FloatArray:
         errors_of_rig = RIG_ERRORS * random.standard_normal(4)
         constants.append(
             refit(
-                run_tests(SMALL + added_tests, random, RUN_ERRORS, errors_of_rig),
+                run_tests(SMALL_PLAN + added_tests, random, RUN_ERRORS, errors_of_rig),
                 RUN_ERRORS,
                 RIG_ERRORS,
             )
         )
-    return np.asarray(np.log(torques(np.array(constants)) / torques(TRUTH[np.newaxis])))
+    return np.asarray(np.log(torques(np.array(constants)) / torques(TRUE_CONSTANTS[np.newaxis])))
 
 
 def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
@@ -139,7 +141,7 @@ def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
 @pytest.fixture(scope="module")
 def results() -> CampaignTables:
     """A small measured campaign: fit with its refits, and the points."""
-    points = run_tests(SMALL, generator(7, "campaign"), RUN_ERRORS)
+    points = run_tests(SMALL_PLAN, generator(7, "campaign"), RUN_ERRORS)
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 200}}).fit
     fit = fit_oil(points, OIL, quick, 1)
     return fit.replace(points=points)
@@ -156,7 +158,7 @@ def test_what_is_known_is_no_less_than_what_the_refits_know(results: CampaignTab
     fitted = FittedLaw.from_tables(results.coefficients, OIL, results.refits, results.fit_quality)
     information = measured_information(fitted, results.points, OIL, None, 0.0)
     assert not information.calibration_uncertainties.any()
-    ours = np.diag(covariance(information.precision))[: len(TRUTH)]
+    ours = np.diag(covariance(information.precision))[: len(TRUE_CONSTANTS)]
     ratio = np.sqrt(ours / np.diag(fitted.coefficients.covariance(LAW)))
     assert (ratio < 1.3).all()
     assert (ratio > 0.1).all()
@@ -236,8 +238,10 @@ def test_gradients_of_the_torque_are_those_of_finite_changes_of_the_law(
     """Against the torque with one constant moved by a tenth of its uncertainty."""
     bearing = SETTINGS.tested_bearing()
     wanted = wanted_in_bearing(oil_in_bearing(), bearing, DUTY, information, CONTACT)["torque"]
-    step = 0.1 * np.sqrt(np.diag(covariance(information.precision))[: len(TRUTH)])
-    relative_change = torques(TRUTH + np.diag(step)) / torques(TRUTH[np.newaxis]) - 1
+    step = 0.1 * np.sqrt(np.diag(covariance(information.precision))[: len(TRUE_CONSTANTS)])
+    relative_change = (
+        torques(TRUE_CONSTANTS + np.diag(step)) / torques(TRUE_CONSTANTS[np.newaxis]) - 1
+    )
     expected = relative_change.T / step
     tolerance = 0.02 * np.abs(wanted.gradients).max()
     np.testing.assert_allclose(wanted.gradients, expected, atol=tolerance)
@@ -308,7 +312,7 @@ class Stepping:
         self, bearing: object, load: FloatArray, *_: FloatArray, traction_factor: FloatArray
     ) -> pd.DataFrame:
         assert self.constants is not None
-        moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUTH)[0])
+        moved = np.log(self.constants[:, 0] / to_constants(LAW, TRUE_CONSTANTS)[0])
         torque = 2 + moved + np.where((load == 1) & (moved > 1e-6), 1.0, 0.0)
         columns: dict[str, float] = {"converged": True, "inlet_temperature_c": 100.0}
         for race in ("inner", "outer"):
@@ -338,7 +342,7 @@ def test_without_a_bearing_mu_is_planned_for(information: Information) -> None:
     wanted = wanted_traction(SETTINGS.plan.traction_at, information, CONTACT)
     assert wanted.labels[0] == "1 GPa, 50 m/s, 100 degC, S 0.02"
     assert request_from_settings(without(SETTINGS, "torque")).targets == ("traction",)
-    moved_constants = TRUTH + 1e-5 * np.eye(len(TRUTH))
+    moved_constants = TRUE_CONSTANTS + 1e-5 * np.eye(len(TRUE_CONSTANTS))
     plan_points = SETTINGS.plan.traction_at
     points = [
         [getattr(point, name) for name in (*CONDITIONS, "slide_roll_ratio")]
@@ -347,7 +351,7 @@ def test_without_a_bearing_mu_is_planned_for(information: Information) -> None:
     for point, gradient in zip(points, wanted.gradients, strict=True):
         mu = [
             predict("deng2026", to_constants(LAW, row), *point).traction_coefficient
-            for row in (TRUTH, *moved_constants)
+            for row in (TRUE_CONSTANTS, *moved_constants)
         ]
         slopes = (np.log(mu[1:]) - np.log(mu[0])) / 1e-5
         np.testing.assert_allclose(gradient, slopes, atol=1e-3 * np.abs(slopes).max())
@@ -388,7 +392,9 @@ def test_nothing_to_plan_is_told_and_refused(
     beyond_the_rig = SETTINGS.with_changes({**with_known_full_scale, **levels})
     with pytest.raises(OilfilmError, match=r"largest pressure \(72\), the load sensor's .* \(72\)"):
         plan_tests(results, beyond_the_rig, OIL, request_for)
-    one_speed = run_tests([(p, 30.0, t) for p, _, t in SMALL], generator(8, "speed"), RUN_ERRORS)
+    one_speed = run_tests(
+        [(p, 30.0, t) for p, _, t in SMALL_PLAN], generator(8, "speed"), RUN_ERRORS
+    )
     quick = SETTINGS.with_changes({"fit": {"searches": 2, "bootstrap": 20}}).fit
     fit_of_one_speed = fit_oil(one_speed, OIL, quick, 1)
     at_one_speed = fit_of_one_speed.replace(points=one_speed)

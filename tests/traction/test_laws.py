@@ -8,7 +8,16 @@ import numpy.typing as npt
 import pytest
 
 from fit_points import problem_of
-from law_points import EVERY_LAW, MATRIX, OIL, SLIP, TRUTH, internal_of, observe, points_of
+from law_points import (
+    EVERY_LAW,
+    MATRIX,
+    OIL,
+    PLAUSIBLE_CONSTANTS,
+    SLIP,
+    internal_of,
+    observe,
+    points_of,
+)
 from nights import nightly
 from oilfilm.base.randomness import generator
 from oilfilm.fits import global_search
@@ -112,7 +121,7 @@ def test_equation_with_an_unknown_name_is_told() -> None:
 def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
     task = problem_of(points_of(law), law)
     (optimum,) = global_search.search(task, config.fit, [generator(3, "planted", law.name)])
-    truth = np.array(TRUTH[law.name])[task.is_free]
+    truth = np.array(PLAUSIBLE_CONSTANTS[law.name])[task.is_free]
     np.testing.assert_allclose(
         task.in_equation_form(optimum.constants), truth, rtol=1e-4, atol=1e-6
     )

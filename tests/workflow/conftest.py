@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from campaigns import lay_out_small, made_once, simulator
-from reproduce import USUAL, Surroundings, measured, succeed
+from reproduce import USUAL, Surroundings, coverage_environment, succeed
 
 
 @pytest.fixture(scope="session")
@@ -20,7 +20,7 @@ def released_project(tmp_path_factory: pytest.TempPathFactory) -> Path:
         project = folder / "-x/small"
         project.mkdir(parents=True)
         lay_out_small(project)
-        around = Surroundings("2", {**USUAL.environment, **measured()})
+        around = Surroundings("2", {**USUAL.environment, **coverage_environment()})
         text = succeed(project, "release", "--config", "campaign=small", around=around)
         project.with_suffix(".txt").write_text(text)
         return project

@@ -25,9 +25,9 @@ from reproduce import (
     killed,
     start,
     succeed,
+    succeeds,
     unfinished,
     unusual,
-    works,
 )
 
 pytestmark = pytest.mark.workflow
@@ -94,7 +94,7 @@ _DISK = [*("unshare", "--user", "--map-root-user", "--mount"), "sh", "-c"]
 
 @pytest.mark.nightly
 @pytest.mark.skipif(
-    not works([*_DISK, "mount -t tmpfs tmpfs /mnt"]), reason="no file system may be mounted here"
+    not succeeds([*_DISK, "mount -t tmpfs tmpfs /mnt"]), reason="no file system may be mounted here"
 )
 def test_read_only_and_full_disk_are_told_and_the_run_goes_on(undisturbed: Path, new: Path) -> None:
     (new / "results").mkdir()

@@ -13,7 +13,7 @@ import yaml
 
 from campaigns import ROOT, read_campaign
 from command_line import succeeded
-from reproduce import measured
+from reproduce import coverage_environment
 
 pytestmark = pytest.mark.workflow
 
@@ -33,7 +33,7 @@ def installed(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def run(installed: Path, folder: Path, *arguments: str) -> str:
     """Run a module of Python with the installed library in a folder; what it prints."""
     # coverage counts the library of the clone, not its copy
-    kept = {name: value for name, value in os.environ.items() if name not in measured()}
+    kept = {name: value for name, value in os.environ.items() if name not in coverage_environment()}
     environment = {**kept, "PYTHONPATH": str(installed)}
     return succeeded([sys.executable, "-m", *arguments], cwd=folder, env=environment)
 

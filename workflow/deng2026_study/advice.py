@@ -52,7 +52,8 @@ JUDGEMENTS_WITHOUT_CHOICE = ("no film", OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM)
 STAYS_BEST_SHARE = 0.95
 # The traction behind a band: the fitted law, or the truth of a simulated campaign.
 BY_LAW, BY_TRUTH = "law", "truth"
-# What is chosen at every operating point: the oil that the rules advise, or one oil.
+# A choice of oil for all operating points: that of the rules, or one oil everywhere. This is the
+# name of the first one in the column `choice` of `advice_band`; that of the others is their oil.
 BY_RULES = "rules"
 # Columns that identify a scenario of the rules.
 _SCENARIO_COLUMNS = ["rule_order", "varied_limit", "limit_factor"]
@@ -128,7 +129,7 @@ def advice_by_truth(
     band: pd.DataFrame,
     results: CampaignTables,
     settings: Settings,
-    constants: Mapping[str, FloatArray],
+    constants_by_oil: Mapping[str, FloatArray],
 ) -> dict[str, pd.DataFrame]:
     """The advice with its judgement by the true traction, the map and the band of that traction.
 
@@ -137,7 +138,7 @@ def advice_by_truth(
         band: Its band.
         results: Table of cage slip.
         settings: The settings.
-        constants: The printed constants of each oil.
+        constants_by_oil: The printed constants of each oil.
 
     Returns:
         The tables `slip_advice`, `advice_band` and `true_cage_slip`. If mu was measured, the last
@@ -149,11 +150,11 @@ def advice_by_truth(
             "advice_band": band,
             "true_cage_slip": tables.empty_table("true_cage_slip"),
         }
-    true_slip = true_cage_slip_map(results.cage_slip, settings, constants)
+    true_slip = true_cage_slip_map(results.cage_slip, settings, constants_by_oil)
     true_slips = [true_slip]
     for temperature in _missing_temperatures(results.cage_slip, settings):
         rows_at_temperature = results.cage_slip.assign(inlet_temperature_c=temperature)
-        true_slips.append(true_cage_slip_map(rows_at_temperature, settings, constants))
+        true_slips.append(true_cage_slip_map(rows_at_temperature, settings, constants_by_oil))
     band_of_truth = _advice_band(pd.concat(true_slips), settings, BY_TRUTH)
     judged = advise(true_slip, study_settings(settings).selection, settings.gates.lambda_limit)
     key_columns = ["bearing", "inlet_temperature_c", "pitch_speed_mm_rpm", "axial_load_n"]
@@ -204,7 +205,7 @@ def advise(
     Args:
         cage_slip: Table of cage slip.
         selection: `selection` of the study's settings.
-        lambda_limit: Full film above.
+        lambda_limit: Lambda above which a film is full.
 
     Returns:
         The table; empty where an oil that the rules name was not calculated.

@@ -25,7 +25,7 @@ from simulated_lab.truth import contact_of_only_rig, true_tractions
 
 # Confidence level of the interval of the next run.
 _CONFIDENCE_LEVEL = 0.95
-# Largest size of mu in the table, for laws that run away: their errors must be finite.
+# Largest |mu| in the table. A law may give far more beyond the tested box; errors must be finite.
 _LARGEST_MU = 1e6
 # Columns that describe the worst condition of a law.
 _WORST_COLUMNS = [
@@ -38,19 +38,19 @@ _WORST_COLUMNS = [
 _SHORT_NAMES = np.array(["pressure", "speed", "temperature"])
 
 
-def truth_grid(settings: Settings, constants: Mapping[str, FloatArray]) -> pd.DataFrame:
+def truth_grid(settings: Settings, constants_by_oil: Mapping[str, FloatArray]) -> pd.DataFrame:
     """The true traction at the conditions of Figs 7-10, as table `truth_grid`.
 
     Args:
         settings: The settings of a simulated campaign.
-        constants: The printed constants of each oil.
+        constants_by_oil: The printed constants of each oil.
 
     Raises:
         OilfilmError: As `true_tractions`.
     """
     contact = contact_of_only_rig(settings)
     grids = []
-    for oil, true_traction in true_tractions(settings, constants).items():
+    for oil, true_traction in true_tractions(settings, constants_by_oil).items():
         for figure, conditions in study_settings(settings).extrapolation.items():
             levels = conditions.model_dump()
             grid = pd.DataFrame(itertools.product(*levels.values()), columns=list(levels))
@@ -108,7 +108,12 @@ def extrapolate(
 
 
 def _interval_of_next_run(surface: OilSurface | None, truth: pd.DataFrame) -> dict[str, FloatArray]:
-    """Columns `obs_ci_lower` and `obs_ci_upper`; NaN without a surface, or without its support."""
+    """Columns `obs_ci_lower` and `obs_ci_upper`; NaN without a surface, or without its support.
+
+    Args:
+        surface: The surface of an oil.
+        truth: Rows of this oil of the table `truth_grid`, for their conditions and slips.
+    """
     if surface is None:
         no_interval = np.full(len(truth), np.nan)
         return {"obs_ci_lower": no_interval, "obs_ci_upper": no_interval}
@@ -191,7 +196,11 @@ def extrapolation_errors(compared: pd.DataFrame) -> pd.DataFrame:
 
 
 def relative_rms(compared: pd.DataFrame) -> float:
-    """Root-mean-square error over the root-mean-square of true mu; NaN where nothing was fitted."""
+    """Root-mean-square error over the root-mean-square of true mu; NaN where nothing was fitted.
+
+    Args:
+        compared: Rows of the table `extrapolation`.
+    """
     rows_with_fit = compared.dropna(subset="traction_coefficient")
     if rows_with_fit.empty:
         return np.nan
@@ -206,8 +215,8 @@ def is_beyond(levels: FloatArray, box: FloatArray, level_tolerance: float) -> np
     Args:
         levels: Levels, shape (points, conditions).
         box: Smallest and largest tested level of each condition, shape (conditions, 2).
-        level_tolerance: Share of a level by which runs may miss it. Levels so near to the box count
-            as tested.
+        level_tolerance: Share of the largest tested level of a condition. Levels that are beyond
+            the box by so much at most count as tested.
 
     Returns:
         Shape (points, conditions).

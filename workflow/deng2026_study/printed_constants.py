@@ -527,18 +527,18 @@ def where_statements_hold(
     return {
         "physical": reaches(mu.min(axis=SLIP), 0.0, in_figures_box.peak_mu)
         & reaches(traction_max, in_figures_box.peak_mu),
-        "rises_with_stress": _falls(-mu, STRESS),
+        "rises_with_stress": _falls_to_next_level(-mu, STRESS),
         "linear_in_stress": is_linear & (covariance > 0),
-        "falls_with_speed": _falls(mu, SPEED),
+        "falls_with_speed": _falls_to_next_level(mu, SPEED),
         "levels_off_with_speed": _levels_off(mu, SPEED),
-        "falls_with_temperature": _falls(mu, TEMPERATURE),
+        "falls_with_temperature": _falls_to_next_level(mu, TEMPERATURE),
         "levels_off_with_temperature": _levels_off(mu, TEMPERATURE),
-        "start_falls_with_temperature": _falls(tested.initial_slope, TEMPERATURE),
+        "start_falls_with_temperature": _falls_to_next_level(tested.initial_slope, TEMPERATURE),
         "rises_with_slip": exceeds(high_slip_mu, low_slip_mu),
         "declines_slightly": exceeds(tested.largest_slip, tested.peak_slip) & declines_little,
-        "earlier_plateau_with_stress": _falls(in_figures_box.knee, STRESS),
-        "earlier_plateau_with_speed": _falls(tested.knee, SPEED),
-        "earlier_plateau_with_temperature": _falls(tested.knee, TEMPERATURE),
+        "earlier_plateau_with_stress": _falls_to_next_level(in_figures_box.knee, STRESS),
+        "earlier_plateau_with_speed": _falls_to_next_level(tested.knee, SPEED),
+        "earlier_plateau_with_temperature": _falls_to_next_level(tested.knee, TEMPERATURE),
         "slip_raises_stress_effect": exceeds(
             high_slip_mu[-1] - high_slip_mu[0], np.abs(low_slip_mu[-1] - low_slip_mu[0]), largest_mu
         ),
@@ -594,7 +594,7 @@ def _mean_share(holds_of_comparisons: list[BoolArray], traction: TractionOverBox
     return np.mean([share_of_conditions(holds) for holds in holds_of_comparisons], axis=0)
 
 
-def _falls(values: FloatArray, axis: int) -> BoolArray:
+def _falls_to_next_level(values: FloatArray, axis: int) -> BoolArray:
     """Whether values are smaller at the next level of an axis, at each level but the last."""
     levels = np.moveaxis(values, axis, 0)
     return np.moveaxis(exceeds(levels[:-1], levels[1:]), 0, axis)

@@ -21,7 +21,8 @@ from oilfilm.settings.messages import load
 from oilfilm.traction.laws.deng2026 import DENG2026, traction_coefficient
 from simulated_lab.printed import PrintedCoefficients
 
-# Slips at which the widest range over the open signs is searched, from the rig's first step on.
+# Slips at which the widest range over the open signs is searched. The first one is the rig's
+# smallest step.
 _SEARCHED_SLIPS = (0.01, 0.05, 0.3)
 
 
@@ -44,10 +45,10 @@ class PrintedLaw(FittedLaw):
     def remarks(self, conditions: FloatArray, slip: FloatArray) -> list[str]:
         """See `FittedLaw`."""
         signs = ", ".join(f"{name} {certainty}" for name, certainty in self.sign_certainty.items())
-        (low,), (high,) = self.sign_range(conditions, slip)
+        (low,), (high,) = self.mu_range_over_open_signs(conditions, slip)
         return [f"restored signs: {signs}", f"over the open signs mu is {low:.5f} to {high:.5f}"]
 
-    def sign_range(
+    def mu_range_over_open_signs(
         self, conditions: FloatArray, slide_roll_ratio: FloatArray
     ) -> tuple[FloatArray, FloatArray]:
         """Lowest and highest mu over all combinations of the open signs; other signs are as in use.
@@ -102,7 +103,7 @@ def printed_law(printed_coefficients: PrintedCoefficients, oil: str, tested_box:
     if not names_of_open_signs:
         return law
     searched_points = np.array(list(itertools.product(*box[:-1], _SEARCHED_SLIPS)))
-    lower, upper = law.sign_range(searched_points[:, :-1], searched_points[:, -1])
+    lower, upper = law.mu_range_over_open_signs(searched_points[:, :-1], searched_points[:, -1])
     widest_index = int(first_largest(upper / lower))
     condition_text = "{:g} GPa, {:g} m/s, {:g} degC, S {:g}".format(*searched_points[widest_index])
     sentence = (
@@ -119,8 +120,8 @@ def printed(oil: str | int) -> PrintedLaw:
         oil: 4102, 4050 or 4010.
 
     Returns:
-        The law; `sign_certainty` says how sure each restored sign is, and `sign_range` gives the
-        lowest and the highest mu over those that are open.
+        The law; `sign_certainty` says how sure each restored sign is, and
+        `mu_range_over_open_signs` gives the lowest and the highest mu over those that are open.
 
     Raises:
         OilfilmError: The paper prints no constants of it.

@@ -44,7 +44,9 @@ class SignSettings(Group):
     slide_roll_ratio: SignSlips = key("Slide-roll ratios where a statement is judged.")
     linear_r2_min: q.Share = key("R2 of a straight line that counts as linear.")
     decline_max: q.Share = key("Share of the peak that a slight decline may lose.")
-    near_best: float = key("Fewer statements behind the best are near it.", gt=0)
+    near_best: float = key(
+        "Sign sets whose total is less than this below the best total are near the best set.", gt=0
+    )
     no_effect_max: q.Share = key("Change of mu over its largest value that counts as none.")
 
     @field_validator("levels")

@@ -66,27 +66,27 @@ def describe_printed(path: Path, tested_box: Box, settings: ExportSettings) -> l
     adore_points = tuple(point.model_dump() for point in settings.adore_points)
     descriptions = []
     for oil in printed_coefficients.falling_viscosity:
-        printed = printed_law(printed_coefficients, oil, tested_box)
+        law_with_constants = printed_law(printed_coefficients, oil, tested_box)
         descriptions.append(
             Description(
                 oil=oil,
                 identifier=identifier_of_name[f"{oil} printed"],
                 campaign=None,
-                law_with_constants=printed,
-                law_variables=tuple(_law_variables(printed)),
-                constants_as_json=tuple(_constant_descriptions(printed)),
+                law_with_constants=law_with_constants,
+                law_variables=tuple(_law_variables(law_with_constants)),
+                constants_as_json=tuple(_constant_descriptions(law_with_constants)),
                 quality=None,
                 adore_points=adore_points,
-                published=PublishedSource(_SOURCE, tuple(_caveats(printed))),
+                published=PublishedSource(_SOURCE, tuple(_caveats(law_with_constants))),
             )
         )
     return descriptions
 
 
-def _caveats(printed: PrintedLaw) -> Iterator[str]:
+def _caveats(law_with_constants: PrintedLaw) -> Iterator[str]:
     """Sentences for a user of the printed constants."""
     names_by_certainty: dict[str, list[str]] = {}
-    for name, certainty in printed.sign_certainty.items():
+    for name, certainty in law_with_constants.sign_certainty.items():
         names_by_certainty.setdefault(certainty, []).append(name)
     signs_text = "; ".join(
         f"sign {certainty}: {', '.join(names)}" for certainty, names in names_by_certainty.items()
@@ -99,13 +99,13 @@ def _caveats(printed: PrintedLaw) -> Iterator[str]:
     yield f"How sure they are: {signs_text}"
 
 
-def _law_variables(printed: PrintedLaw) -> Iterator[LawVariable]:
+def _law_variables(law_with_constants: PrintedLaw) -> Iterator[LawVariable]:
     """The variable of each condition of a law, with its tested range."""
-    law = printed.law
+    law = law_with_constants.law
     # the last row of the box is that of the slide-roll ratio
     for index, name in enumerate(law.conditions):
         quantity = QUANTITIES[name]
-        lowest, highest = printed.coefficients.tested_box[index].tolist()
+        lowest, highest = law_with_constants.coefficients.tested_box[index].tolist()
         yield LawVariable(
             name=name,
             symbol=quantity.symbol,
@@ -118,15 +118,15 @@ def _law_variables(printed: PrintedLaw) -> Iterator[LawVariable]:
         )
 
 
-def _constant_descriptions(printed: PrintedLaw) -> Iterator[dict[str, Any]]:
+def _constant_descriptions(law_with_constants: PrintedLaw) -> Iterator[dict[str, Any]]:
     """The description of each constant: a value, but no uncertainty."""
-    meanings = constant_meanings(printed.law)
-    values = printed.coefficients.constants.tolist()
-    for constant, value in zip(printed.law.constants, values, strict=True):
+    meanings = constant_meanings(law_with_constants.law)
+    values = law_with_constants.coefficients.constants.tolist()
+    for constant, value in zip(law_with_constants.law.constants, values, strict=True):
         name = constant.name
         verdict = "printed"
-        if name in printed.sign_certainty:
-            verdict = f"printed, sign {printed.sign_certainty[name]}"
+        if name in law_with_constants.sign_certainty:
+            verdict = f"printed, sign {law_with_constants.sign_certainty[name]}"
         yield {
             "name": name,
             "meaning": meanings[name],
@@ -408,9 +408,12 @@ def _printed_section(results: CampaignTables, campaign: Campaign) -> Section:
     constants_by_verdict = constants_of_verdict.unstack(fill_value="-").reindex(
         columns=_SIGN_VERDICTS, fill_value="-"
     )
-    sets_in_use = results.signs[results.signs["in_use"]].drop_duplicates("oil")
-    sets_in_use = sets_in_use.join(constants_by_verdict, on="oil", how="inner")
-    shown_tables = [show_table(differences, "printed_judged"), show_table(sets_in_use, "signs")]
+    sign_sets_in_use = results.signs[results.signs["in_use"]].drop_duplicates("oil")
+    sign_sets_in_use = sign_sets_in_use.join(constants_by_verdict, on="oil", how="inner")
+    shown_tables = [
+        show_table(differences, "printed_judged"),
+        show_table(sign_sets_in_use, "signs"),
+    ]
     return Section("printed", "Printed constants", facts_on_constants, shown_tables)
 
 

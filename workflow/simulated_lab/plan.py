@@ -39,7 +39,7 @@ class SimulatedRun:
     Attributes:
         oil: Name of the oil.
         set_points: Level of each set point, by its name.
-        defect: Key of `GATE_OF_DEFECT` or of a torque log; empty for a sound run.
+        defect: Planted defect, by the key `kind` of the campaign file; empty for a sound run.
     """
 
     oil: str

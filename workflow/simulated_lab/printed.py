@@ -16,7 +16,7 @@ from oilfilm.settings.quantities import Name, OneOrMoreDistinct, Text
 
 _Constants = Annotated[list[float], Field(min_length=4, max_length=4)]
 _Certainty = Literal["certain", "probable", "open", "without effect"]
-_Signs = Annotated[list[_Certainty], Field(min_length=3, max_length=3)]
+_SignCertainties = Annotated[list[_Certainty], Field(min_length=3, max_length=3)]
 
 
 class OilConstants(Group):
@@ -25,7 +25,9 @@ class OilConstants(Group):
     A: _Constants = key("A0 and the exponents of P, U and T.")
     B: _Constants = key("B0 and the exponents of P, U and T.")
     C: _Constants = key("C0 and the exponents of P, U and T.")
-    signs: dict[Literal["A", "B", "C"], _Signs] = key("How sure each exponent's sign is, P, U, T.")
+    signs: dict[Literal["A", "B", "C"], _SignCertainties] = key(
+        "How sure each exponent's sign is, P, U, T."
+    )
 
 
 class PrintedCoefficients(Group):
@@ -39,7 +41,7 @@ class PrintedCoefficients(Group):
     )
 
     def constants_by_oil(self) -> dict[str, FloatArray]:
-        """The twelve constants of each oil: X0 and exponents of A, B and C; most viscous first."""
+        """A0..A3, B0..B3 and C0..C3 of each oil, the most viscous oil first."""
         constants = {}
         for oil in self.falling_viscosity:
             oil_constants = self.oils[oil]

@@ -66,7 +66,7 @@ class SimulatedLog(NamedTuple):
 
 
 def simulate_campaign(
-    settings: Settings, constants: Mapping[str, FloatArray]
+    settings: Settings, constants_by_oil: Mapping[str, FloatArray]
 ) -> Iterator[SimulatedLog]:
     """The log of each planned run, with its one row of the table of truth.
 
@@ -75,10 +75,10 @@ def simulate_campaign(
 
     Args:
         settings: The settings.
-        constants: The printed constants of each oil. They are true unless the campaign's twin has
-            another truth.
+        constants_by_oil: The printed constants of each oil. They are true unless the campaign's
+            twin has another truth.
     """
-    traction_by_oil = true_tractions(settings, constants)
+    traction_by_oil = true_tractions(settings, constants_by_oil)
     contact = contact_of_only_rig(settings)
     ((rig_name, rig),) = settings.rigs.items()
     for geometry_key in ("full_scale", "ball_track_radius_m", "disc_track_radius_m"):
@@ -203,16 +203,17 @@ def _sensor_signals(
 
 
 def _relative_wander(time_s: FloatArray, twin: Twin, random: np.random.Generator) -> FloatArray:
-    """Slow relative wandering of a controlled quantity: first-order noise of 1 s memory.
+    """Slow relative wandering of a controlled quantity.
 
-    It starts near 0. Its standard deviation is 0.31 of `wander` at the first sample of a log of
-    20 Hz, and `wander` after about 3 s.
+    It is first-order autoregressive noise with a time constant of 1 s. It starts near 0. Its
+    standard deviation is 0.31 of `wander` at the first sample of a log of 20 Hz, and `wander` after
+    about 3 s.
     """
-    memory = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
-    random_pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - memory**2)
+    autocorrelation = float(np.exp(-(time_s[1] - time_s[0]) / 1.0))
+    random_pushes = random.standard_normal(len(time_s)) * np.sqrt(1 - autocorrelation**2)
 
     def next_value(value: float, push: float) -> float:
-        return memory * value + push
+        return autocorrelation * value + push
 
     # a filter of SciPy gives the same, and takes longer to import
     values = list(accumulate(random_pushes.tolist(), next_value))

@@ -28,7 +28,7 @@ _PLANTED_TORQUE_RISE = 0.3
 
 
 def simulate_torque(
-    settings: Settings, constants: Mapping[str, FloatArray]
+    settings: Settings, constants_by_oil: Mapping[str, FloatArray]
 ) -> Iterator[SimulatedLog]:
     """Each planned torque log, with its rows of the table of the truth.
 
@@ -38,11 +38,11 @@ def simulate_torque(
 
     Args:
         settings: The settings.
-        constants: The printed constants of each oil.
+        constants_by_oil: The printed constants of each oil.
     """
     torque_test = required_value(settings.campaign.torque, "torque", "the campaign")
     twin = required_value(torque_test.twin, "twin", "the campaign's `torque`")
-    traction_by_oil = true_tractions(settings, constants)
+    traction_by_oil = true_tractions(settings, constants_by_oil)
     runs = simulated_torque_runs(settings.campaign)
     for oil in dict.fromkeys(run.oil for run in runs):
         runs_of_oil = [run for run in runs if run.oil == oil]
@@ -132,26 +132,25 @@ def _log_bytes(
     rest_sample_count = round(twin.rest_s * rate_hz)
     step_sample_count = round(twin.step_s * rate_hz)
 
-    def set_points_over_time(name: str) -> FloatArray:
-        """Set points over time: rest, the levels, rest."""
-        set_points = np.repeat([row[name] for row in truth_rows], step_sample_count)
-        return np.concatenate(
-            [np.zeros(rest_sample_count), set_points, np.zeros(rest_sample_count)]
-        )
+    def steps_over_time(name: str) -> FloatArray:
+        """A quantity of the truth at each instant: 0 at rest, its value at each speed, 0."""
+        values = np.repeat([row[name] for row in truth_rows], step_sample_count)
+        return np.concatenate([np.zeros(rest_sample_count), values, np.zeros(rest_sample_count)])
 
-    # first-order response to each change of the set point
+    # first-order response of the spindle to each step
     unfinished_share = np.exp(-np.arange(step_sample_count) / rate_hz / twin.response_s)
 
-    def follow_set_point(set_point_over_time: FloatArray) -> FloatArray:
-        """The controlled quantity, which follows its set point."""
-        unfinished_change = np.convolve(np.diff(set_point_over_time, prepend=0.0), unfinished_share)
-        return set_point_over_time - unfinished_change[: len(set_point_over_time)]
+    def follow_steps(values_in_steps: FloatArray) -> FloatArray:
+        """The quantity at each instant as it follows its steps."""
+        unfinished_change = np.convolve(np.diff(values_in_steps, prepend=0.0), unfinished_share)
+        return values_in_steps - unfinished_change[: len(values_in_steps)]
 
-    speed_set_point_rpm = set_points_over_time("inner_speed_rpm")
+    speed_set_point_rpm = steps_over_time("inner_speed_rpm")
     time_s = np.arange(len(speed_set_point_rpm)) / rate_hz
-    speed_rpm = follow_set_point(speed_set_point_rpm)
-    torque_n_m = follow_set_point(set_points_over_time("torque_n_m"))
+    speed_rpm = follow_steps(speed_set_point_rpm)
+    torque_n_m = follow_steps(steps_over_time("torque_n_m"))
     is_resting = speed_set_point_rpm == 0
+    # below 1 rpm the spindle stands still
     speed_rpm[is_resting] = np.where(np.abs(speed_rpm[is_resting]) < 1, 0.0, speed_rpm[is_resting])
     gain_draw, tare_draw, drift_draw = random.standard_normal(3)
     drift_n_m = twin.tare_drift_n_m * drift_draw

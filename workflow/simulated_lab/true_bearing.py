@@ -27,8 +27,11 @@ from simulated_lab.truth import TrueTraction, true_tractions
 _NODE_COUNTS = (8, 2)
 # Columns of the map that depend on the traction.
 _RESULT_COLUMNS = (
-    *("cage_slip", "torque_n_m", "lambda_ratio"),
-    *("inner_max_hertz_pressure_gpa", "outer_max_hertz_pressure_gpa"),
+    "cage_slip",
+    "torque_n_m",
+    "lambda_ratio",
+    "inner_max_hertz_pressure_gpa",
+    "outer_max_hertz_pressure_gpa",
 )
 
 
@@ -71,24 +74,25 @@ def true_problem(
         {**bearing.uncertain_inputs, **settings.bearing.uncertain_inputs()}, len(speed_rpm)
     )
     if true_traction.depends_on_ellipse:
+        # such a truth knows the ellipse: it needs no factor from circle to ellipse
         inputs = replace(inputs, ellipse_factor=np.ones(len(speed_rpm)))
     return problem.with_inputs(inputs)
 
 
 def true_cage_slip_map(
-    cage_slip: pd.DataFrame, settings: Settings, constants: Mapping[str, FloatArray]
+    cage_slip: pd.DataFrame, settings: Settings, constants_by_oil: Mapping[str, FloatArray]
 ) -> pd.DataFrame:
     """The map of cage slip with the true traction, and how far the map by the law is from it.
 
     Args:
         cage_slip: Table of cage slip, by the fitted law.
         settings: The settings of a simulated campaign.
-        constants: The printed constants of each oil.
+        constants_by_oil: The printed constants of each oil.
 
     Returns:
         Rows of the table `true_cage_slip`. Results are null without equilibrium.
     """
-    traction_by_oil = true_tractions(settings, constants)
+    traction_by_oil = true_tractions(settings, constants_by_oil)
     maps = []
     for oil, map_of_law in cage_slip.groupby("oil", sort=False):
         point_columns = map_of_law[["axial_load_n", "inner_speed_rpm", "inlet_temperature_c"]]
@@ -98,6 +102,7 @@ def true_cage_slip_map(
         equilibrium = friction_equilibrium(
             true_problem(settings, str(oil), true_traction, operating_points, _NODE_COUNTS)
         )
+        # of both contacts of a ball; the conditions are the same at all nodes of an ellipse
         pressure_gpa = equilibrium.balance.conditions.select(..., 0).max_hertz_pressure_gpa
         lambda_ratio, _ = worst_lambda_ratio(equilibrium)
         true_values = (

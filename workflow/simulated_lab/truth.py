@@ -27,10 +27,11 @@ from oilfilm.traction.laws.deng2026 import traction_coefficient
 _LEAST_LOAD_N = 1e-3
 _LEAST_PRESSURE_GPA = 1e-3
 _LEAST_SPEED_M_S = 1e-3
-# Comparison of the two rigs: quadrature nodes across and along the ellipse, and number of slips.
-_COMPARED_NODES = (12, 8)
-_COMPARED_SLIPS = 8
-# Decimals of their misfit. Rigs with the same truth differ by rounding only, which must be 0.
+# Comparison of both forms of a truth: numbers of quadrature nodes across and along the ellipse, and
+# number of slips.
+_COMPARED_NODE_COUNTS = (12, 8)
+_COMPARED_SLIP_COUNT = 8
+# Decimals of their misfit. Two forms of the same truth differ by rounding only, which must be 0.
 _MISFIT_DECIMALS = 6
 
 
@@ -38,16 +39,17 @@ class TrueTraction(Protocol):
     """The traction of one oil.
 
     Attributes:
-        depends_on_ellipse: True if the law of other contacts depends on their shape.
+        depends_on_ellipse: True if local mu depends on the shape of the contact.
     """
 
     depends_on_ellipse: ClassVar[bool]
 
-    def __call__(self, *conditions: FloatArray) -> FloatArray:
+    def __call__(self, *conditions_and_slip: FloatArray) -> FloatArray:
         """mu of the traction rig's contact.
 
         Args:
-            conditions: Pressure in GPa, speed in m/s, temperature in degC, and S, 0 or more.
+            conditions_and_slip: Maximum Hertz pressure in GPa, entrainment speed in m/s, inlet
+                temperature in degC, and slide-roll ratio, 0 or more.
         """
         ...
 
@@ -64,6 +66,7 @@ class TrueTraction(Protocol):
 
 def _positive(conditions: Conditions) -> Conditions:
     """Conditions with a load, a pressure and a speed above zero."""
+    # fmax replaces a NaN of a failed trial, which then ends without equilibrium
     return replace(
         conditions,
         load_n=np.fmax(conditions.load_n, _LEAST_LOAD_N),
@@ -85,9 +88,9 @@ class LawTruth:
     depends_on_ellipse: ClassVar[bool] = False
     constants: FloatArray
 
-    def __call__(self, *conditions: FloatArray) -> FloatArray:
+    def __call__(self, *conditions_and_slip: FloatArray) -> FloatArray:
         """See `TrueTraction`."""
-        return traction_coefficient(self.constants, *conditions)
+        return traction_coefficient(self.constants, *conditions_and_slip)
 
     def local_law(self, rule: QuadratureRule, radius_y_m: FloatArray) -> TractionLaw:
         """See `TrueTraction`."""
@@ -111,21 +114,21 @@ class FilmTruth:
 
     Attributes:
         oil: The oil's properties.
-        constants: Stresses and thermal properties of the bodies.
+        film_constants: Shear stresses of the film and thermal properties of the bodies.
         rig_contact: The traction rig's contact. Its mu is the mean over the whole contact.
     """
 
     depends_on_ellipse: ClassVar[bool] = True
     oil: Oil
-    constants: ThermalEhlConstants
+    film_constants: ThermalEhlConstants
     rig_contact: Contact
 
-    def __call__(self, *conditions: FloatArray) -> FloatArray:
+    def __call__(self, *conditions_and_slip: FloatArray) -> FloatArray:
         """See `TrueTraction`."""
-        pressure_gpa, speed_m_s, temperature_c, slip = conditions
+        pressure_gpa, speed_m_s, temperature_c, slip = conditions_and_slip
         return thermal_ehl_traction(
             self.oil,
-            self.constants,
+            self.film_constants,
             np.asarray(pressure_gpa) * PA_PER_GPA,
             speed_m_s,
             temperature_c,
@@ -151,7 +154,7 @@ class FilmTruth:
             pressure_pa = max_pressure_pa * np.sqrt(1 - rule.along**2 - rule.across**2)
             film = sliding_film(
                 self.oil,
-                self.constants,
+                self.film_constants,
                 replace(positive_conditions, ellipticity=contact.ellipticity),
                 pressure_pa,
                 slide_roll_ratio,
@@ -233,7 +236,7 @@ def truth_misfit(true_traction: TrueTraction, settings: Settings) -> float:
     )
     # axes: conditions of the matrix, slips, quadrature nodes
     pressure_gpa, speed_m_s, temperature_c = (axis_values.reshape(-1, 1, 1) for axis_values in grid)
-    slip = np.linspace(0, slip_max, _COMPARED_SLIPS).reshape(1, -1, 1)
+    slip = np.linspace(0, slip_max, _COMPARED_SLIP_COUNT).reshape(1, -1, 1)
     shape = np.broadcast_shapes(pressure_gpa.shape, slip.shape)
     conditions = Conditions(
         load_n=np.broadcast_to(rig_contact.load_n(pressure_gpa), shape),
@@ -243,7 +246,7 @@ def truth_misfit(true_traction: TrueTraction, settings: Settings) -> float:
         radius_x_m=np.full(shape, rig_contact.radius_m),
         reduced_modulus_pa=rig_contact.reduced_modulus_pa,
     )
-    rule = gauss_rule(*_COMPARED_NODES)
+    rule = gauss_rule(*_COMPARED_NODE_COUNTS)
     local_law = true_traction.local_law(rule, np.asarray(rig_contact.radius_m))
     mean_mu = (local_law(conditions, slip) * rule.load_share).sum(axis=-1)
     rig_mu = true_traction(pressure_gpa, speed_m_s, temperature_c, slip)[..., 0]

@@ -5,7 +5,7 @@ from collections.abc import Iterator
 
 from oilfilm.cli.parser import parser
 
-_BEGINS = """# The command line
+_HEAD_OF_PAGE = """# The command line
 
 For users of the command `oilfilm`. Look up every command with its options and exit codes.
 
@@ -28,9 +28,12 @@ With `--json`, `check` and `predict` print one object per line. An unknown numbe
 
 def page() -> str:
     """The text of the page."""
-    commands = next(each.choices for each in parser()._actions if isinstance(each.choices, dict))
+    # the commands are the choices of the only argument whose choices have parsers
+    commands = next(
+        action.choices for action in parser()._actions if isinstance(action.choices, dict)
+    )
     sections = (_section(name, command) for name, command in commands.items())
-    return "\n".join([_BEGINS, *sections])
+    return "\n".join([_HEAD_OF_PAGE, *sections])
 
 
 def _section(name: str, command: argparse.ArgumentParser) -> str:

@@ -21,7 +21,7 @@ from oilfilm.settings.rig import (
 from oilfilm.settings.yaml_file import dotted_key, read_yaml
 
 _OIL_NOTE = "The keys below `coefficients` depend on `model`."
-# page -> file, what it is for, and its models with a heading each
+# Page -> file, what it is for, and its models by their headings.
 PAGES: dict[str, tuple[str, str, dict[str, Any]]] = {
     "config": (
         "config/config.yaml",
@@ -52,7 +52,7 @@ PAGES: dict[str, tuple[str, str, dict[str, Any]]] = {
     ),
     "bearings": ("config/bearings/<name>.yaml", "Geometry of a bearing.", {"": BearingFile}),
 }
-# study -> the same of its settings
+# Study -> the same for its settings.
 OF_STUDIES = {
     study: (
         f"workflow/{study}/config.yaml",
@@ -140,18 +140,19 @@ def _item(key_path: KeyPath, node: Mapping[str, Any], shipped: Mapping[str, Any]
     if default is None:
         default = node.get("default")
     unit, allowed = _innermost(node).get("unit", ""), range_text(node)
-    facts = (
-        []
-        if default in (None, [], {})
-        else [f"default `{json.dumps(default, ensure_ascii=False)}`"]
-    )
-    facts += [f"unit {unit}"] if unit not in ("", "1") else []
-    facts += [allowed] if allowed else []
+    facts = []
+    if default not in (None, [], {}):
+        facts.append(f"default `{json.dumps(default, ensure_ascii=False)}`")
+    if unit not in ("", "1"):
+        facts.append(f"unit {unit}")
+    if allowed:
+        facts.append(allowed)
     key = dotted_key(key_path)
     return f"- `{key}`: {node.get('description', '')} *{'; '.join(facts)}*".removesuffix(" **")
 
 
 def _innermost(node: Mapping[str, Any]) -> Mapping[str, Any]:
+    """The schema of the items of a list, or of a list of lists; of anything else itself."""
     while node.get("type") == "array" and isinstance(node.get("items"), Mapping):
         node = node["items"]
     return node

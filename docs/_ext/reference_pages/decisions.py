@@ -13,7 +13,7 @@ from pathlib import Path
 from oilfilm.base import studies
 from oilfilm.base.home import HOME
 
-_BEGINS = """# Where a fact is decided
+_HEAD_OF_PAGE = """# Where a fact is decided
 
 For people who change the code. Look up which file decides a fact, change it there only, and run
 the tests that prove it.
@@ -48,13 +48,13 @@ def page() -> str:
         sections.append(_section(title, sorted(HOME.glob(pattern))))
     for title, pattern in _OTHER_TESTS.items():
         sections += [f"## {title}\n", _tests(sorted(HOME.glob(pattern)))]
-    return "\n".join([_BEGINS, *filter(None, sections)])
+    return "\n".join([_HEAD_OF_PAGE, *filter(None, sections)])
 
 
 def decided(file: Path) -> list[str]:
     """What a file says that it decides, in its order."""
-    found = re.search(r"(?ms)^Decides: (.+?)\.?\s*(?:\n\s*\n|\Z)", head_of(file))
-    return re.split(r";\s+", " ".join(found[1].split())) if found else []
+    paragraph = re.search(r"(?ms)^Decides: (.+?)\.?\s*(?:\n\s*\n|\Z)", head_of(file))
+    return re.split(r";\s+", " ".join(paragraph[1].split())) if paragraph else []
 
 
 def _section(title: str, files: list[Path]) -> str:

@@ -19,7 +19,7 @@ from oilfilm.settings.config import Config
 from oilfilm.settings.resolve import read_config
 
 _RIGS = {TRACTION_KIND: TractionRig, TORQUE_KIND: TorqueRig}
-_BEGINS = """# Gates
+_HEAD_OF_PAGE = """# Gates
 
 For users with a refused run or plateau. Look up what a gate checks, its limit and what to do.
 
@@ -45,11 +45,11 @@ _PARTS = {
 def page() -> str:
     """The text of the page."""
     settings = read_config(CONFIG)
-    parts: list[str] = [_BEGINS]
+    parts: list[str] = [_HEAD_OF_PAGE]
     gates: tuple[list[Gate[Any]], ...] = (RUN_GATES, PLATEAU_GATES)
-    for (title, about), several in zip(_PARTS.items(), gates, strict=True):
+    for (title, about), gates_of_part in zip(_PARTS.items(), gates, strict=True):
         parts += [f"## {title}\n", f"{about}\n"]
-        parts += [_section(gate, settings) for gate in several]
+        parts += [_section(gate, settings) for gate in gates_of_part]
     parts += [_others()]
     return "\n".join(parts)
 
@@ -86,7 +86,7 @@ def _advice(rule: str, rigs: list[str]) -> list[str]:
 
 def _limits(gate: Gate[Any], settings: Config) -> Iterator[str]:
     """Keys that the gate compares with, each with its value and meaning."""
-    of_rig: dict[str, tuple[str, BaseModel]] = {
+    group_of_rig: dict[str, tuple[str, BaseModel]] = {
         TRACTION_KIND: ("gates", settings.gates),
         TORQUE_KIND: ("torque_logs.gates", settings.torque_logs.gates),
     }
@@ -95,29 +95,36 @@ def _limits(gate: Gate[Any], settings: Config) -> Iterator[str]:
             yield _limit("curation.stuck", key, settings.curation.stuck)
         else:
             yield from (
-                _limit(of_rig[rig][0], key, of_rig[rig][1]) for rig in gate.rig_kinds.split()
+                _limit(group_of_rig[rig][0], key, group_of_rig[rig][1])
+                for rig in gate.rig_kinds.split()
             )
 
 
 def _keys(gate: Gate[Any]) -> list[tuple[str, str]]:
     """The limits that a gate and the functions beside it that it calls read, in that order."""
-    module, source, to_read = inspect.getmodule(gate.judge), "", [gate.judge]
-    for function in to_read:
+    module = inspect.getmodule(gate.judge)
+    source = ""
+    functions = [gate.judge]
+    # the list grows while it is read
+    for function in functions:
         source += inspect.getsource(function)
-        helpers = (getattr(module, name, None) for name in re.findall(r"\b(_\w+)\(", source))
-        to_read += [each for each in helpers if inspect.isfunction(each) and each not in to_read]
-    found = re.findall(r"\.(gates|gate_limits|stuck_settings)\.(\w+)", source)
-    return list(dict.fromkeys(found))
+        for name in re.findall(r"\b(_\w+)\(", source):
+            helper = getattr(module, name, None)
+            if inspect.isfunction(helper) and helper not in functions:
+                functions.append(helper)
+    groups_and_keys = re.findall(r"\.(gates|gate_limits|stuck_settings)\.(\w+)", source)
+    return list(dict.fromkeys(groups_and_keys))
 
 
-def _limit(where: str, key: str, group: BaseModel) -> str:
+def _limit(group_name: str, key: str, group: BaseModel) -> str:
+    """One limit: its key, value, unit and meaning."""
     field = type(group).model_fields[key]
     extra = field.json_schema_extra if isinstance(field.json_schema_extra, dict) else {}
     unit = extra.get("unit", "")
     meaning = (field.description or "").rstrip(".")
     value = f"{getattr(group, key):g}"
     shown = value if unit in {"", "1"} else f"{value} {unit}"
-    return f"`{where}.{key}`: {shown}. {meaning}."
+    return f"`{group_name}.{key}`: {shown}. {meaning}."
 
 
 def _others() -> str:

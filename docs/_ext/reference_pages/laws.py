@@ -4,7 +4,7 @@ from oilfilm.traction import ALL_LAWS, LAWS
 from oilfilm.traction.law import QUANTITIES, Law
 from oilfilm.traction.typeset import mathml
 
-_BEGINS = """\
+_HEAD_OF_PAGE = """\
 # Traction laws
 
 For readers who choose a law or program one. Look up its equation, signs and source.
@@ -24,7 +24,7 @@ _NEEDS_OIL = (
 
 def page() -> str:
     """The text of the page."""
-    return _BEGINS + "".join(map(_section, ALL_LAWS))
+    return _HEAD_OF_PAGE + "".join(map(_section, ALL_LAWS))
 
 
 def _section(law: Law) -> str:

@@ -17,6 +17,7 @@ from oilfilm.tables import TABLES, read, read_footer
 from oilfilm.tables.dictionary import Column, Table
 
 EXAMPLES = HOME / "docs/reference/table_examples.json"
+# Longest text of an example, and most texts of a list.
 _LONGEST = 40
 _MOST_TEXTS = 3
 # Where several files hold a table, the first file of the last folder counts.
@@ -36,18 +37,20 @@ def examples(*results: Path) -> dict[str, dict[str, Any]]:
         OilfilmError: A table is damaged or of another version.
     """
     studies.declare_tables(studies.available())
-    found: dict[str, dict[str, Any]] = {}
+    examples_by_table: dict[str, dict[str, Any]] = {}
     for folder in results:
-        of_table = {
+        path_by_table = {
             read_footer(path)["table"]: path
             for part in _FOLDERS
             for path in sorted((folder / part).rglob("*.parquet"), reverse=True)
         }
-        for name, path in of_table.items():
-            new = _examples_of(TABLES[name], read(name, path))
-            known = found.setdefault(name, new)
-            known |= {column: new[column] for column in known if known[column] is None}
-    return {name: found.get(name, {}) for name in TABLES}
+        for name, path in path_by_table.items():
+            new_examples = _examples_of(TABLES[name], read(name, path))
+            example_by_column = examples_by_table.setdefault(name, new_examples)
+            for column, example in example_by_column.items():
+                if example is None:
+                    example_by_column[column] = new_examples[column]
+    return {name: examples_by_table.get(name, {}) for name in TABLES}
 
 
 def _examples_of(table: Table, frame: pd.DataFrame) -> dict[str, Any]:
@@ -57,9 +60,11 @@ def _examples_of(table: Table, frame: pd.DataFrame) -> dict[str, Any]:
     row = _middle(fullest.index[fullest == fullest.max()])
     values = {}
     for column in table.columns:
-        has = filled.index[filled[column.name]]
-        here = row if row in has else _middle(has)
-        values[column.name] = None if here is None else _shown(frame[column.name][here], column)
+        rows_with_value = filled.index[filled[column.name]]
+        row_of_example = row if row in rows_with_value else _middle(rows_with_value)
+        values[column.name] = None
+        if row_of_example is not None:
+            values[column.name] = _shown(frame[column.name][row_of_example], column)
     return values
 
 
@@ -74,6 +79,7 @@ def _middle(rows: pd.Index) -> Any:
 
 
 def _shown(value: Any, column: Column) -> Any:
+    """A value as JSON can hold it, rounded or shortened."""
     if column.type == "number":
         return float(f"{value:.4g}")
     if column.type == "texts":

@@ -8,7 +8,7 @@ from oilfilm.base import studies
 from oilfilm.tables.dictionary import LARGEST_NUMBER, TABLES, Column, Table
 from reference_pages.table_examples import read_examples
 
-_BEGINS = """# All tables
+_HEAD_OF_PAGE = """# All tables
 
 For people who read tables of a campaign. Look up each column: its type, unit, meaning and caveat.
 
@@ -31,7 +31,7 @@ def page() -> str:
     studies.declare_tables(studies.available())
     examples = read_examples()
     sections = (_section(table, examples.get(table.name, {})) for table in TABLES.values())
-    return "\n".join([_BEGINS, *sections])
+    return "\n".join([_HEAD_OF_PAGE, *sections])
 
 
 def _section(table: Table, examples: dict[str, Any]) -> str:

@@ -14,7 +14,7 @@ from oilfilm.base.home import HOME
 from oilfilm.tables.table_needs import FIT_TABLES
 from reference_pages.decisions import first_line
 
-_BEGINS = """# Ways through the code
+_HEAD_OF_PAGE = """# Ways through the code
 
 For people who change the code. Choose what you want to follow, and read the files in their order.
 
@@ -43,7 +43,7 @@ def page() -> str:
         [sys.executable, str(program)], stdout=subprocess.PIPE, check=True, encoding="utf-8"
     )
     ways: dict[str, list[dict[str, Any]]] = json.loads(traced.stdout)
-    lines = [_BEGINS, *_rules()]
+    lines = [_HEAD_OF_PAGE, *_rules()]
     shown: list[dict[str, Any]] = []
     for name, title in _WAYS.items():
         steps = ways[name]

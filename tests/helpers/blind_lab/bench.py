@@ -40,7 +40,7 @@ class Recording:
 
 @dataclass(frozen=True)
 class Bench:
-    """One laboratory's rig and habits: Hz, s, and standard deviations of its imperfections."""
+    """One laboratory's rig and habits: sampling rate in Hz, times in s, slide-roll ratios."""
 
     machine: Machine
     rate: float
@@ -51,11 +51,12 @@ class Bench:
     def run(self, oil: Oil, condition: Condition, random: np.random.Generator) -> Recording:
         """One run, from rolling to rolling, as the logger sees it."""
         machine, rate = self.machine, self.rate
-        held = [self.rolling, *(self.hold * random.uniform(0.97, 1.03, len(self.slips)))]
-        counts = np.round(np.array([*held, self.rolling]) * rate).astype(int)
-        wanted = np.repeat([0.0, *self.slips, 0.0], counts)
-        time = np.arange(len(wanted)) / rate
-        slip = _controlled(wanted, rate, random.uniform(9, 14), random.uniform(0.6, 0.9))
+        hold_times = self.hold * random.uniform(0.97, 1.03, len(self.slips))
+        phase_times = np.concatenate([[self.rolling], hold_times, [self.rolling]])
+        counts = np.round(phase_times * rate).astype(int)
+        set_points = np.repeat(np.concatenate([[0.0], self.slips, [0.0]]), counts)
+        time = np.arange(len(set_points)) / rate
+        slip = _controlled(set_points, rate, random.uniform(9, 14), random.uniform(0.6, 0.9))
         load = machine.load(condition.pressure * 1e9) * (1 + 0.003 * random.standard_normal())
         load = load * (1 + 0.0006 * _wander(len(time), rate, random))
         speed = condition.speed * (1 + 0.0005 * _wander(len(time), rate, random))
@@ -82,36 +83,41 @@ class Bench:
 
 
 def draw_bench(random: np.random.Generator, machine: Machine) -> Bench:
-    """Habits of a laboratory: its rate, its patience, its list of slips."""
-    most, steps = random.uniform(0.18, 0.28), np.arange(1, 14)
+    """Habits of a laboratory: its sampling rate, its times, its list of slips."""
+    largest_slip = random.uniform(0.18, 0.28)
     return Bench(
         machine,
         rate=float(random.choice([20, 25, 50])),
         hold=random.uniform(2.6, 3.4),
         rolling=random.uniform(4.0, 6.0),
         # steps that are wider than the smallest one that data/raw/README.md promises to find
-        slips=np.round(np.maximum(most * np.linspace(0, 1, 14)[1:] ** 1.5, 0.007 * steps), 4),
+        slips=np.round(
+            np.maximum(largest_slip * np.linspace(0, 1, 14)[1:] ** 1.5, 0.007 * np.arange(1, 14)), 4
+        ),
     )
 
 
-def _controlled(wanted: Array, rate: float, frequency: float, damping: float) -> Array:
-    """Answer of a control of second order, natural frequency in rad/s, to set points."""
-    fine = 8
-    gain, kept = (frequency / (rate * fine)) ** 2, 1 - 2 * damping * frequency / (rate * fine)
-    moved = np.repeat(wanted - wanted[0], fine)
-    answer = scipy.signal.lfilter([gain], [1, gain - 1 - kept, kept], moved)
-    return wanted[0] + answer[fine - 1 :: fine]
+def _controlled(set_points: Array, rate: float, frequency: float, damping: float) -> Array:
+    """Response of a control of second order, natural frequency in rad/s, to set points."""
+    # time steps of the calculation in one sample
+    steps = 8
+    gain = (frequency / (rate * steps)) ** 2
+    kept_velocity = 1 - 2 * damping * frequency / (rate * steps)
+    changes = np.repeat(set_points - set_points[0], steps)
+    response = scipy.signal.lfilter([gain], [1, gain - 1 - kept_velocity, kept_velocity], changes)
+    return set_points[0] + response[steps - 1 :: steps]
 
 
 def lagging(values: Array, rate: float, constant: float) -> Array:
     """Output of a sensor with a time constant in s."""
-    share = 1 - np.exp(-1 / (rate * constant))
-    output, _ = scipy.signal.lfilter([share], [1, share - 1], values, zi=[(1 - share) * values[0]])
+    new_share = 1 - np.exp(-1 / (rate * constant))
+    initial_state = [(1 - new_share) * values[0]]
+    output, _ = scipy.signal.lfilter([new_share], [1, new_share - 1], values, zi=initial_state)
     return output
 
 
 def _wander(count: int, rate: float, random: np.random.Generator) -> Array:
     """Slow random wandering of unit size over tens of seconds."""
-    knots = max(4, int(count / rate / 12))
-    rows, at = np.linspace(0, 1, count), np.linspace(0, 1, knots)
-    return np.interp(rows, at, random.standard_normal(knots))
+    knot_count = max(4, int(count / rate / 12))
+    knots = np.linspace(0, 1, knot_count)
+    return np.interp(np.linspace(0, 1, count), knots, random.standard_normal(knot_count))

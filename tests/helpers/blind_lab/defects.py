@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from blind_lab.bench import Bench, Condition, Recording, lagging
-from blind_lab.dialects import Dialect, columns_of, header_of, written
+from blind_lab.dialects import Dialect, columns_of, header_of, log_bytes
 from blind_lab.truth import Array, Oil
 
 Random = np.random.Generator
@@ -36,12 +36,12 @@ class Draft:
     def bytes(self) -> bytes:
         """The file."""
         columns = columns_of(self.recording, self.dialect, self.bench.machine)
-        labelled = {
-            name: (str(label), values)
-            for name, (unit, values) in columns.items()
-            if (label := self.labels.get(name, unit)) is not None
-        }
-        return self.content or written(dict(self.header), labelled, self.dialect)
+        labelled_columns = {}
+        for name, (unit, values) in columns.items():
+            label = self.labels.get(name, unit)
+            if label is not None:
+                labelled_columns[name] = (str(label), values)
+        return self.content or log_bytes(dict(self.header), labelled_columns, self.dialect)
 
     @classmethod
     def sound(cls, recording: Recording, dialect: Dialect, bench: Bench) -> "Draft":
@@ -50,7 +50,7 @@ class Draft:
 
 
 Change = Callable[[Draft, Random], Draft]
-Asked = Callable[[Bench, Condition], tuple[Bench, Condition]]
+PlanChange = Callable[[Bench, Condition], tuple[Bench, Condition]]
 
 
 class Fault(NamedTuple):
@@ -60,27 +60,27 @@ class Fault(NamedTuple):
         rules: Rules of which one must name it, the best first, with blanks between; the others name
             the same cause in a wider sense.
         change: What it makes of a sound log.
-        asked: What it makes of what is asked of the rig.
+        change_plan: What it makes of the rig and its set points before the run.
     """
 
     rules: str
     change: Change = lambda sound, random: sound
-    asked: Asked = lambda bench, condition: (bench, condition)
+    change_plan: PlanChange = lambda bench, condition: (bench, condition)
 
 
 def faulty(
     fault: Fault, oil: Oil, condition: Condition, bench: Bench, dialect: Dialect, random: Random
 ) -> bytes:
     """The bytes of a log with a fault."""
-    asked, at = fault.asked(bench, condition)
-    sound = Draft.sound(asked.run(oil, at, random), dialect, bench)
+    changed_bench, changed_condition = fault.change_plan(bench, condition)
+    sound = Draft.sound(changed_bench.run(oil, changed_condition, random), dialect, bench)
     return fault.change(sound, random).bytes()
 
 
 # ---------------------------------------------------------------- signals
 
-Signal = Callable[[Array, Recording, Random], Array]
-Rows = Callable[[Recording], Array]
+SignalChange = Callable[[Array, Recording, Random], Array]
+RowSelection = Callable[[Recording], Array]
 
 
 def of_run(change: Callable[[Recording], Recording]) -> Change:
@@ -88,7 +88,7 @@ def of_run(change: Callable[[Recording], Recording]) -> Change:
     return lambda sound, random: replace(sound, recording=change(sound.recording))
 
 
-def on(names: str, change: Signal) -> Change:
+def on_channels(names: str, change: SignalChange) -> Change:
     """Channels changed, by their readings, the run and random numbers."""
 
     def changed(sound: Draft, random: Random) -> Draft:
@@ -101,39 +101,41 @@ def on(names: str, change: Signal) -> Change:
 
 def scaled(names: str, factor: float, by: float = 0) -> Change:
     """Channels are in another unit than their labels say, or off by a constant."""
-    return on(names, lambda values, *_: values * factor + by)
+    return on_channels(names, lambda values, *_: values * factor + by)
 
 
 def drifting(name: str, by: float) -> Change:
     """A channel moves by so much over the run."""
-    return on(name, lambda values, *_: values + np.linspace(0, by, len(values)))
+    return on_channels(name, lambda values, *_: values + np.linspace(0, by, len(values)))
 
 
-def noise(name: str, mean: float, size: float) -> Change:
+def unconnected(name: str, mean: float, size: float) -> Change:
     """A channel that is connected to nothing."""
-    return on(name, lambda values, _, random: np.round(random.normal(mean, size, len(values)), 4))
+    return on_channels(
+        name, lambda values, _, random: np.round(random.normal(mean, size, len(values)), 4)
+    )
 
 
-def every(run: Recording) -> Array:
+def all_rows(run: Recording) -> Array:
     """All rows."""
     return np.ones(len(run), dtype=bool)
 
 
-def middle(run: Recording) -> Array:
+def middle_half(run: Recording) -> Array:
     """Rows of the sweep's middle half."""
     first, last = int(run.steps[1]), int(run.steps[-2])
     quarter, rows = (last - first) // 4, np.arange(len(run))
     return (rows >= first + quarter) & (rows < last - quarter)
 
 
-def late(run: Recording) -> Array:
+def from_middle_half_on(run: Recording) -> Array:
     """Rows from the beginning of the sweep's middle half on."""
-    return np.logical_or.accumulate(middle(run))
+    return np.logical_or.accumulate(middle_half(run))
 
 
-def second(run: Recording) -> Array:
+def from_middle_on(run: Recording) -> Array:
     """Rows from the middle of the sweep on."""
-    start, *_, last = np.flatnonzero(middle(run))
+    start, *_, last = np.flatnonzero(middle_half(run))
     return np.arange(len(run)) >= (start + last + 1) // 2
 
 
@@ -149,27 +151,34 @@ def way_back(run: Recording) -> Array:
     return (rows >= run.steps[len(run.steps) // 2]) & (rows < run.steps[-2])
 
 
-def in_rows(name: str, rows: Rows, factor: float, by: float = 0) -> Change:
+def in_rows(name: str, rows: RowSelection, factor: float, by: float = 0) -> Change:
     """A channel scaled or moved in some rows."""
-    return on(name, lambda values, run, _: np.where(rows(run), factor * values + by, values))
+    return on_channels(
+        name, lambda values, run, _: np.where(rows(run), factor * values + by, values)
+    )
 
 
-def frozen(name: str) -> Change:
+def frozen_channel(name: str) -> Change:
     """One channel stops moving in the middle of the sweep, to its end."""
-    return on(name, lambda seen, run, _: np.where(late(run), seen[np.argmax(late(run))], seen))
+
+    def freeze(values: Array, run: Recording, _: Random) -> Array:
+        is_frozen = from_middle_half_on(run)
+        return np.where(is_frozen, values[np.argmax(is_frozen)], values)
+
+    return on_channels(name, freeze)
 
 
 def constant(name: str) -> Change:
     """A channel copies one number into every row."""
-    return on(name, lambda values, *_: np.full(len(values), np.round(values.mean(), 1)))
+    return on_channels(name, lambda values, *_: np.full(len(values), np.round(values.mean(), 1)))
 
 
-def only(rows: Rows) -> Change:
+def only_rows(rows: RowSelection) -> Change:
     """Only some rows of the run, or some of them twice."""
     return of_run(lambda run: run.rows(rows(run)))
 
 
-def exchanged(rows: Rows) -> Change:
+def exchanged(rows: RowSelection) -> Change:
     """The columns of ball and disc are exchanged in some rows."""
 
     def change(run: Recording) -> Recording:
@@ -231,7 +240,7 @@ def still_settling(force: Array, run: Recording, _: Random) -> Array:
     return force + np.where(since > 0, 1.5 * np.exp(-np.maximum(since, 0) / 2.5), 0.0)
 
 
-# ---------------------------------------------------------------- what is asked of the rig
+# ---------------------------------------------------------------- set points of the run
 
 
 def there_and_back(levels: Array) -> Array:
@@ -244,7 +253,7 @@ def small_steps(levels: Array) -> Array:
     return 0.0018 * np.arange(1, len(levels) + 1)
 
 
-def slips(change: Callable[[Array], Array]) -> Asked:
+def slips(change: Callable[[Array], Array]) -> PlanChange:
     """Other levels of slip."""
     return lambda bench, condition: (replace(bench, slips=change(bench.slips)), condition)
 
@@ -323,11 +332,11 @@ _UNIT = "little_traction no_traction odd_shape unusual_shape"
 _LARGE = "traction_unphysical impossible_traction"
 
 FAULTS = {
-    "force sensor frozen": Fault("stuck_sensor stuck_channel", frozen("force")),
-    "ball speed frozen": Fault("stuck_channel", frozen("ball")),
-    "disc speed frozen": Fault("stuck_channel", frozen("disc")),
-    "load frozen": Fault("stuck_channel", frozen("load")),
-    "temperature frozen": Fault("stuck_channel", frozen("celsius")),
+    "force sensor frozen": Fault("stuck_sensor stuck_channel", frozen_channel("force")),
+    "ball speed frozen": Fault("stuck_channel", frozen_channel("ball")),
+    "disc speed frozen": Fault("stuck_channel", frozen_channel("disc")),
+    "load frozen": Fault("stuck_channel", frozen_channel("load")),
+    "temperature frozen": Fault("stuck_channel", frozen_channel("celsius")),
     "force in kgf, labelled N": Fault(_UNIT, scaled("force", 1 / _KGF)),
     "force in lbf, labelled N": Fault(
         "little_traction odd_shape unusual_shape", scaled("force", 1 / _LBF)
@@ -336,51 +345,59 @@ FAULTS = {
     "force in kN, labelled N": Fault("no_traction", scaled("force", 1e-3)),
     "force seven times too large": Fault(f"{_LARGE} odd_shape unusual_shape", scaled("force", 7.0)),
     "force polarity": Fault("swapped_sign", scaled("force", -1.0)),
-    "ball and disc exchanged": Fault("swapped_channels", exchanged(every)),
+    "ball and disc exchanged": Fault("swapped_channels", exchanged(all_rows)),
     "load in kgf, labelled N": Fault(_LOAD, scaled("load", 1 / _KGF)),
     "load in kN, labelled N": Fault(_LOAD, scaled("load", 1e-3)),
     "load off by 12 %": Fault(_LOAD, scaled("load", 1.12)),
     "load rises within steps": Fault(
-        f"load_changes {_LOAD} many_plateaus_fail", on("load", load_step)
+        f"load_changes {_LOAD} many_plateaus_fail", on_channels("load", load_step)
     ),
-    "load cell unplugged": Fault(f"{_LOAD} traction_missing", noise("load", 0, 0.1)),
+    "load cell unplugged": Fault(f"{_LOAD} traction_missing", unconnected("load", 0, 0.1)),
     "speed off by 10 %": Fault("speed_off_nominal", scaled("ball disc", 1.1)),
     "speeds in rad/s, labelled 1/min": Fault("speed_unit speed_off_nominal", spindles_in_rad_s),
     "temperature in K, labelled degC": Fault(_HOT, scaled("celsius", 1, 273.15)),
     "temperature off by 10 K": Fault(_HOT, scaled("celsius", 1, 10.0)),
     "temperature drifts by 6 K": Fault(f"temperature_drift {_HOT}", drifting("celsius", 6.0)),
     "open thermocouple": Fault(f"{_HOT} stuck_channel", scaled("celsius", 0, 850.0)),
-    "force saturated": Fault("saturated", on("force", saturated)),
+    "force saturated": Fault("saturated", on_channels("force", saturated)),
     "force softly saturated": Fault(
-        "odd_shape unusual_shape soft_saturation", on("force", soft_limit)
+        "odd_shape unusual_shape soft_saturation", on_channels("force", soft_limit)
     ),
-    "15 % wild readings": Fault("spiky not_steady no_point_left", on("force", wild)),
+    "15 % wild readings": Fault("spiky not_steady no_point_left", on_channels("force", wild)),
     "zero drifts by 1 N": Fault("zero_drift", drifting("force", 1.0)),
-    "force cable off": Fault("no_traction odd_shape unusual_shape", noise("force", 0.3, 0.008)),
-    "clock set back": Fault("time_disorder", in_rows("time", late, 1, -60.0)),
-    "logger paused": Fault("clock_jump", in_rows("time", late, 1, 60.0)),
-    "rows written twice": Fault("time_disorder", only(lambda run: np.arange(2 * len(run)) // 2)),
-    "block of NaN": Fault("missing_readings", in_rows("force", middle, np.nan)),
+    "force cable off": Fault(
+        "no_traction odd_shape unusual_shape", unconnected("force", 0.3, 0.008)
+    ),
+    "clock set back": Fault("time_disorder", in_rows("time", from_middle_half_on, 1, -60.0)),
+    "logger paused": Fault("clock_jump", in_rows("time", from_middle_half_on, 1, 60.0)),
+    "rows written twice": Fault(
+        "time_disorder", only_rows(lambda run: np.arange(2 * len(run)) // 2)
+    ),
+    "block of NaN": Fault("missing_readings", in_rows("force", middle_half, np.nan)),
     "time in ms, labelled s": Fault("time_unit", scaled("time", 1e3)),
     "time in min, labelled s": Fault("time_unit", scaled("time", 1 / 60)),
     "no opening phase": Fault(
-        "zero_missing", only(lambda run: np.arange(run.steps[1] + 10, len(run)))
+        "zero_missing", only_rows(lambda run: np.arange(run.steps[1] + 10, len(run)))
     ),
-    "no closing phase": Fault("zero_missing", only(lambda run: np.arange(run.steps[-2]))),
+    "no closing phase": Fault("zero_missing", only_rows(lambda run: np.arange(run.steps[-2]))),
     "steps too short": Fault("too_short no_plateau not_steady", of_run(hurried)),
     "filter of 1.5 s": Fault(
-        "transient_not_ended not_steady zero_not_settled", on("force", slow_filter)
+        "transient_not_ended not_steady zero_not_settled", on_channels("force", slow_filter)
     ),
-    "noise times 30": Fault("zero_noisy noisy_sensor", on("force", noisy)),
+    "noise times 30": Fault("zero_noisy noisy_sensor", on_channels("force", noisy)),
     "one column for both speeds": Fault(
-        "same_channel", on("ball", lambda _, run, random: run.signals["disc"])
+        "same_channel", on_channels("ball", lambda _, run, random: run.signals["disc"])
     ),
     "force in the opposite order": Fault(
-        "odd_shape unusual_shape", on("force", lambda force, *_: force[::-1])
+        "odd_shape unusual_shape", on_channels("force", lambda force, *_: force[::-1])
     ),
     "range switch": Fault("odd_shape unusual_shape", in_rows("force", above_slip_of_0_1, 1.5)),
-    "gain changes within the run": Fault("odd_shape unusual_shape", in_rows("force", second, 1.3)),
-    "zero jumps and returns": Fault("odd_shape unusual_shape", in_rows("force", middle, 1, 0.4)),
+    "gain changes within the run": Fault(
+        "odd_shape unusual_shape", in_rows("force", from_middle_on, 1.3)
+    ),
+    "zero jumps and returns": Fault(
+        "odd_shape unusual_shape", in_rows("force", middle_half, 1, 0.4)
+    ),
     "way back is 10 % higher": Fault(
         "branches_apart branches_differ odd_shape unusual_shape",
         in_rows("force", way_back, 1.1),
@@ -388,14 +405,15 @@ FAULTS = {
     ),
     "load is one number": Fault("constant_channel", constant("load")),
     "temperature is one number": Fault("constant_channel", constant("celsius")),
-    "speeds exchanged from the middle on": Fault("sign_changes", exchanged(second)),
-    "slips in steps of 0.0018": Fault("small_steps", asked=slips(small_steps)),
+    "speeds exchanged from the middle on": Fault("sign_changes", exchanged(from_middle_on)),
+    "slips in steps of 0.0018": Fault("small_steps", change_plan=slips(small_steps)),
     "every fifth row from the middle on": Fault(
-        "sampling_rate", only(lambda run: ~late(run) | (np.arange(len(run)) % 5 == 0))
+        "sampling_rate",
+        only_rows(lambda run: ~from_middle_half_on(run) | (np.arange(len(run)) % 5 == 0)),
     ),
     "log of a rig with other radii": Fault("track_radii", scaled("disc", 1.25)),
-    "creep after the sweep": Fault("zero_not_settled", on("force", still_settling)),
-    "film too thin": Fault("thin_film", asked=slow),
+    "creep after the sweep": Fault("zero_not_settled", on_channels("force", still_settling)),
+    "film too thin": Fault("thin_film", change_plan=slow),
     "unknown oil": Fault("unknown_oil", header_line(0, text="mystery fluid")),
     "set point no number": Fault("header", header_line(1, text="high")),
     "misspelt header key": Fault("unknown_header_key", header_line(2, "entrainement_speed_m_s")),
@@ -405,6 +423,6 @@ FAULTS = {
     "force labelled in degrees": Fault("columns", labelled(force="°C")),
     "file cut off": Fault("truncated", rewritten(cut_off)),
     "no text": Fault("unknown_format", no_text),
-    "names without rows": Fault("no_rows", only(lambda run: np.arange(0))),
+    "names without rows": Fault("no_rows", only_rows(lambda run: np.arange(0))),
     "torn rows": Fault("unreadable_row clock_jump", rewritten(torn_rows)),
 }

@@ -11,18 +11,19 @@ from blind_lab.bench import Recording
 from blind_lab.truth import Machine
 
 _LANGUAGES = yaml.safe_load(Path(__file__).with_name("languages.yaml").read_text("utf-8"))
-NAMES, ENCODINGS, HEADER = (
-    {language: of[key] for language, of in _LANGUAGES.items()}
-    for key in ("signals", "encodings", "header")
-)
+# By language: names of the signals, encodings that can write them, and keys of the header.
+NAMES = {language: texts["signals"] for language, texts in _LANGUAGES.items()}
+ENCODINGS = {language: texts["encodings"] for language, texts in _LANGUAGES.items()}
+HEADER = {language: texts["header"] for language, texts in _LANGUAGES.items()}
 
-# Unit -> what one SI unit is in it, of a spindle on a track of 1 m; temperatures apart.
+# By unit: the number in this unit of one SI unit; of spindles that of 1 m/s on a track of 1 m.
 _SPEEDS = {"rpm": 30 / np.pi, "rad/s": 1.0, "m/s": 1.0, "mm/s": 1e3}
 _PER_SI = {
     "time": {"s": 1.0, "ms": 1e3, "min": 1 / 60},
     "load": {"N": 1.0, "kgf": 1 / 9.80665, "lbf": 1 / 4.4482216152605, "kN": 1e-3},
     "force": {"N": 1.0, "mN": 1e3, "gf": 1e3 / 9.80665, "kgf": 1 / 9.80665},
 }
+# By unit: the number in this unit, from degrees Celsius.
 _TEMPERATURES = {
     "°C": lambda celsius: celsius,
     "K": lambda celsius: celsius + 273.15,
@@ -32,7 +33,20 @@ _TEMPERATURES = {
 
 @dataclass(frozen=True)
 class Dialect:
-    """How one logger writes. `units_in_row` puts the units below the names."""
+    """How one logger writes.
+
+    Attributes:
+        language: One of `NAMES`.
+        units: Unit of each signal.
+        encoding: Encoding of the text.
+        delimiter: Between cells.
+        decimal: Decimal mark.
+        line_end: End of each line.
+        mark: Before each header line.
+        separator: After each header key.
+        units_in_row: Whether the units are in a row below the names, not beside them.
+        packed: Whether the file is packed by gzip.
+    """
 
     language: str
     units: dict[str, str]
@@ -40,8 +54,8 @@ class Dialect:
     delimiter: str
     decimal: str
     line_end: str
-    mark: str  # before a header line
-    separator: str  # after a header key
+    mark: str
+    separator: str
     units_in_row: bool
     packed: bool
 
@@ -109,7 +123,7 @@ def columns_of(
     return columns
 
 
-def written(
+def log_bytes(
     header: dict[str, str], columns: dict[str, tuple[str, np.ndarray]], dialect: Dialect
 ) -> bytes:
     """A log as the bytes of a file."""

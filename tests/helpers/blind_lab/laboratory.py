@@ -24,8 +24,16 @@ _QUANTITIES = dict(zip("time load force ball disc celsius".split(), _COLUMNS, st
 
 
 @dataclass(frozen=True)
-class Filed:
-    """A log in the folder: sound where `fault` is empty, else with the rules that name it."""
+class FiledLog:
+    """A log in the folder.
+
+    Attributes:
+        file: Name of the file.
+        oil: Key of the oil.
+        fault: The fault; empty where the log is sound.
+        rules: Rules of which one must name the fault.
+        rows: Number of rows of a sound log.
+    """
 
     file: str
     oil: str
@@ -36,19 +44,25 @@ class Filed:
 
 @dataclass(frozen=True)
 class Laboratory:
-    """What was built, and what is true."""
+    """What was built, and what is true.
+
+    Attributes:
+        oils: The true oils, by key.
+        bench: The rig.
+        logs: All logs in the folder.
+    """
 
     oils: dict[str, Oil]
     bench: Bench
-    logs: tuple[Filed, ...]
+    logs: tuple[FiledLog, ...]
 
     @property
-    def sound(self) -> list[Filed]:
+    def sound(self) -> list[FiledLog]:
         """Logs that nothing is wrong with."""
         return [log for log in self.logs if not log.fault]
 
     @property
-    def faulty(self) -> list[Filed]:
+    def faulty(self) -> list[FiledLog]:
         """Logs that something is wrong with."""
         return [log for log in self.logs if log.fault]
 
@@ -63,7 +77,7 @@ def build(
         config: The configuration folder whose thresholds are used.
         seed: Every choice follows from it.
         faults: Also file the logs with faults.
-        levels: Of pressure, of speed and of temperature.
+        levels: Number of levels of pressure, of speed and of temperature.
     """
     random = np.random.default_rng(seed)
     bench = draw_bench(random, draw_machine(random))
@@ -71,26 +85,29 @@ def build(
     _write_config(project, config, bench, oils)
     raw = project / "data" / "raw" / CAMPAIGN
     raw.mkdir(parents=True)
-    logs: list[Filed] = []
+    logs: list[FiledLog] = []
 
-    def file(content: bytes, dialect: Dialect, name: str, about: Filed) -> None:
+    def file(content: bytes, dialect: Dialect, name: str, about: FiledLog) -> None:
         path = raw / f"{name}{suffix(dialect)}"
         path.write_bytes(content)
         logs.append(replace(about, file=path.name))
 
-    every = _levels(random)
+    levels_of_conditions = _levels(random)
+    used_levels = [all_levels[:levels] for all_levels in levels_of_conditions]
     for name, oil in oils.items():
-        for number, condition in enumerate(product(*(each[:levels] for each in every))):
+        for number, condition in enumerate(product(*used_levels)):
             dialect = draw_dialect(random)
             sound = Draft.sound(bench.run(oil, Condition(*condition), random), dialect, bench)
-            about = Filed("", name, rows=len(sound.recording))
+            about = FiledLog("", name, rows=len(sound.recording))
             file(sound.bytes(), dialect, f"{name}_{number:03}", about)
     for number, (kind, fault) in enumerate(FAULTS.items() if faults else ()):
         name = str(random.choice(list(oils)))
         dialect = replace(draw_dialect(random), packed=False)
         # a condition of its own, so that no other run of the campaign takes its place
-        content = faulty(fault, oils[name], _between(every, random), bench, dialect, random)
-        about = Filed("", name, kind, (*fault.rules.split(),))
+        content = faulty(
+            fault, oils[name], _between(levels_of_conditions, random), bench, dialect, random
+        )
+        about = FiledLog("", name, kind, (*fault.rules.split(),))
         file(content, dialect, f"fault_{number:03}", about)
     return Laboratory(oils, bench, tuple(logs))
 
@@ -105,7 +122,10 @@ def _levels(random: np.random.Generator) -> tuple[list[float], list[float], list
 
 def _between(levels: tuple[list[float], ...], random: np.random.Generator) -> Condition:
     """A condition between the levels."""
-    return Condition(*(round(random.uniform(min(each), max(each)), 3) for each in levels))
+    pressure, speed, celsius = (
+        round(random.uniform(min(levels_of_one), max(levels_of_one)), 3) for levels_of_one in levels
+    )
+    return Condition(pressure, speed, celsius)
 
 
 def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil]) -> None:
@@ -152,7 +172,7 @@ def _write_config(project: Path, config: Path, bench: Bench, oils: dict[str, Oil
                 "pressure_viscosity_offset": 17.496,
             },
             # at 25 and at 150 degC
-            **{name: [[298.15, each], [423.15, each]] for name, each in constants.items()},
+            **{name: [[298.15, value], [423.15, value]] for name, value in constants.items()},
         }
         _write(folder / "oils" / f"{key}.yaml", fixed["oil"] | drawn)
 

@@ -17,7 +17,7 @@ class Machine:
     disc_track: float
     youngs_modulus: float
     poisson: float
-    roughness: float  # Ra of either body
+    roughness: float  # Ra of either body, in m
 
     @property
     def plane_strain_modulus(self) -> float:
@@ -37,7 +37,8 @@ class Machine:
 class Oil:
     """An oil: ASTM D341 viscosity, and traction mu = (B S - a) exp(-C S) + a.
 
-    a, B and C are each k P^p U^u T^t with P in GPa, U over 20 m/s and T over 20 degC.
+    a (`plateau`), B (`slope`) and C (`decay`) are each k P^p U^u T^t with P in GPa, U over 20 m/s
+    and T over 20 degC. Their four numbers are k, p, u and t.
     """
 
     names: tuple[str, ...]
@@ -51,7 +52,8 @@ class Oil:
     @property
     def astm_d341(self) -> tuple[float, float]:
         """Intercept and slope of log10 log10(nu + 0.7) over log10 T, T in K."""
-        at_40, at_100 = (math.log10(math.log10(v + 0.7)) for v in (self.cst_40, self.cst_100))
+        at_40 = math.log10(math.log10(self.cst_40 + 0.7))
+        at_100 = math.log10(math.log10(self.cst_100 + 0.7))
         slope = (at_40 - at_100) / (math.log10(373.15) - math.log10(313.15))
         return at_100 + slope * math.log10(373.15), slope
 

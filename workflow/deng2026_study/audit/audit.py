@@ -50,25 +50,33 @@ def audit_campaign(
     """
     printed_coefficients = load(printed_file, PrintedCoefficients)
     paper_claims = read_claims(claims_file).claims
-    constants = printed_coefficients.constants_by_oil()
-    if not set(constants) & set(settings.oils):
+    constants_by_oil = printed_coefficients.constants_by_oil()
+    if not set(constants_by_oil) & set(settings.oils):
         return audit(paper_claims, [])
     all_evidence = [
-        refit_evidence(results, list(constants), settings),
-        printed_evidence(constants, settings),
+        refit_evidence(results, list(constants_by_oil), settings),
+        printed_evidence(constants_by_oil, settings),
     ]
     if printed_coefficients.doubtful:
-        all_evidence.append(undoubted_evidence(constants, printed_coefficients.doubtful, settings))
+        all_evidence.append(
+            undoubted_evidence(constants_by_oil, printed_coefficients.doubtful, settings)
+        )
     return audit(paper_claims, all_evidence)
 
 
 def refit_evidence(
-    results: CampaignTables, viscosity_order: Sequence[str], settings: Settings
+    results: CampaignTables, falling_viscosity: Sequence[str], settings: Settings
 ) -> Evidence:
-    """The campaign's own fits and points of the paper's oils, without other oils."""
+    """The campaign's own fits and points of the paper's oils, without other oils.
+
+    Args:
+        results: As for `audit_campaign`.
+        falling_viscosity: The paper's oils, the most viscous first.
+        settings: As for `audit_campaign`.
+    """
     coefficients = results.configured_fits.coefficients
     points = results.points
-    oils = [oil for oil in coefficients["oil"].unique() if oil in viscosity_order]
+    oils = [oil for oil in coefficients["oil"].unique() if oil in falling_viscosity]
     fit_by_oil = {oil: FittedLaw.from_tables(coefficients, oil) for oil in oils}
     is_planned = points["run_id"].isin(runs_of_matrix(results.runs, settings)["run_id"])
     measured_rows = {
@@ -77,11 +85,11 @@ def refit_evidence(
     for name in ("fit_quality", "torque", "torque_control"):
         measured_rows[name] = results.table(name)
     rows_of_paper_oils = {
-        name: rows[rows["oil"].isin(viscosity_order)] for name, rows in measured_rows.items()
+        name: rows[rows["oil"].isin(falling_viscosity)] for name, rows in measured_rows.items()
     }
     return Evidence(
         "refit",
-        viscosity_order,
+        falling_viscosity,
         {oil: law for oil, law in fit_by_oil.items() if not reason_without_value(law)},
         settings,
         grid_of_box(settings, "tested"),

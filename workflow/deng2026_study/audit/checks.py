@@ -40,8 +40,8 @@ from oilfilm.traction.laws.deng2026 import DENG2026
 _P, _U, _T, _S = 1, 2, 3, 4
 # D cos(alpha)/dm of ball bearings.
 _GAMMAS = (0.0, 0.1, 0.2, 0.3)
-# Number of sizes of each coefficient, which represent all sizes that a law allows.
-_SIZE_COUNT = 6
+# Number of magnitudes of each coefficient. They represent all magnitudes that a law allows.
+_MAGNITUDE_COUNT = 6
 # Values of mu up to this share of the largest coefficient are rounding.
 _ROUNDING_SHARE = 1e-15
 # Deng et al. (2026), section 2.1: Ra of ball and disc, and their composite roughness as stated.
@@ -136,7 +136,7 @@ def falls_with_temperature(evidence: Evidence) -> Outcome:
     # slopes have the rounding of the largest slope that mu could give
     largest_slope = np.abs(mu).max() / min(np.diff(cold_band)[0], np.diff(hot_band)[0])
     is_steeper = exceeds(cold_slope, hot_slope, term_size=largest_slope)
-    always_falls = _falls(mu, _T)
+    always_falls = _falls_throughout(mu, _T)
     return evidence.outcome_on_grid(
         always_falls & is_steeper, _last_over_first(mu, _T), always=always_falls, steeper=is_steeper
     )
@@ -148,7 +148,7 @@ def falls_with_speed(evidence: Evidence) -> Outcome:
     ends_of_thirds = np.linspace(*_first_and_last(evidence.grid.entrainment_speed_m_s), 4)
     fall = -np.diff(evidence.mu(entrainment_speed_m_s=ends_of_thirds), axis=_U)
     levels_off = exceeds(fall[:, :, :1], np.abs(fall[:, :, 2:]), term_size=np.abs(mu).max())
-    always_falls = _falls(mu, _U)
+    always_falls = _falls_throughout(mu, _U)
     return evidence.outcome_on_grid(
         always_falls & levels_off,
         _last_over_first(mu, _U),
@@ -162,7 +162,7 @@ def rises_with_stress(evidence: Evidence) -> Outcome:
     pressures = evidence.grid.max_hertz_pressure_gpa
     even_pressures = np.linspace(*_first_and_last(pressures), len(pressures))
     mu = evidence.mu(max_hertz_pressure_gpa=even_pressures)
-    always_rises = _falls(-mu, _P)
+    always_rises = _falls_throughout(-mu, _P)
     is_straight, r2 = _straight_line_fit(evidence, even_pressures, mu, _P)
     median_r2 = evidence.summary_by_oil(np.nanmedian, r2)
     return evidence.outcome_on_grid(
@@ -179,10 +179,10 @@ def rises_with_slip(evidence: Evidence) -> Outcome:
     tested_ends = evidence.study.printed.boxes.tested.max_hertz_pressure_gpa
     at_highest_pressure = evidence.with_levels(max_hertz_pressure_gpa=tested_ends[1:])
     mu = at_highest_pressure.mu()
-    level_rises = _falls(-mu.mean(axis=(_U, _T), keepdims=True), _S)
+    level_rises = _falls_throughout(-mu.mean(axis=(_U, _T), keepdims=True), _S)
     ends_rise = exceeds(mu[..., -1], mu[..., 0])
     return at_highest_pressure.outcome_on_grid(
-        _falls(-mu, _S), _last_over_first(mu, _S), level=level_rises, ends=ends_rise
+        _falls_throughout(-mu, _S), _last_over_first(mu, _S), level=level_rises, ends=ends_rise
     )
 
 
@@ -211,7 +211,7 @@ def earlier_plateau(evidence: Evidence) -> Outcome:
     on_plateau = reaches(mu, evidence.study.audit.plateau_share * mu.max(axis=_S, keepdims=True))
     plateau_begin = evidence.curve_slips[np.argmax(on_plateau, axis=_S)]
     return evidence.outcome_on_grid(
-        _falls(linear_end, _P),
+        _falls_throughout(linear_end, _P),
         _last_over_first(linear_end, _P),
         plateau_coldest=evidence.summary_by_oil(np.median, plateau_begin[..., 0]),
         plateau_hottest=evidence.summary_by_oil(np.median, plateau_begin[..., 1]),
@@ -260,9 +260,9 @@ def hot_convergence(evidence: Evidence) -> Outcome:
     relative_spread = spread / mu.mean(axis=0, keepdims=True)
     spread_coldest, spread_hottest = relative_spread.mean(axis=(0, 1, 2, 4))
     return evidence.outcome_on_grid(
-        _falls(spread, _T),
+        _falls_throughout(spread, _T),
         _last_over_first(spread, _T),
-        relative=_falls(relative_spread, _T),
+        relative=_falls_throughout(relative_spread, _T),
         spread_coldest=spread_coldest,
         spread_hottest=spread_hottest,
     )
@@ -278,7 +278,7 @@ def speed_mutes_temperature(evidence: Evidence) -> Outcome:
     mu = evidence.mu(entrainment_speed_m_s=speeds, inlet_temperature_c=ends_c)
     drop = -np.diff(mu, axis=_T)
     drop_ratio = _last_over_first(drop, _U)
-    relative_drop_falls = _falls(drop / mu[:, :, :, :1], _U)
+    relative_drop_falls = _falls_throughout(drop / mu[:, :, :, :1], _U)
     return evidence.outcome_on_grid(
         exceeds(1.0, drop_ratio), drop_ratio, relative=relative_drop_falls
     )
@@ -550,17 +550,17 @@ def heavy_load_grips(evidence: Evidence) -> Outcome:
 def light_load_4102(evidence: Evidence) -> Outcome:
     """Under light load 4102 has the most traction."""
     selection = evidence.study.selection
-    light_view = _limit_pressures(
+    light_evidence = _limit_pressures(
         _add_largest_slip(evidence), above=-np.inf, below=selection.limits.light_below_gpa
     )
-    mu = light_view.mu_by_viscosity()
-    grid = light_view.grid
+    mu = light_evidence.mu_by_viscosity()
+    grid = light_evidence.grid
     ratio = mu[:1] / mu[1:].max(axis=0, keepdims=True)
     is_hot = reaches(grid.inlet_temperature_c, selection.limits.hot_from_c)
     is_fast = reaches(grid.entrainment_speed_m_s, selection.fast_from_m_s)
     is_slipping = exceeds(grid.slide_roll_ratio, selection.slide_roll_ratio_limit)
     hot_and_fast_ratio = ratio[:, :, is_fast][:, :, :, is_hot][..., is_slipping]
-    return light_view.outcome_on_grid(
+    return light_evidence.outcome_on_grid(
         exceeds(ratio, 1.0),
         ratio,
         higher_viscosity=exceeds(mu[:-1].min(axis=0), mu[-1]),
@@ -596,13 +596,15 @@ def slip_15(evidence: Evidence) -> Outcome:
 
 def heavy_load_4010(evidence: Evidence) -> Outcome:
     """Under heavy load with enough film 4010 has the least traction."""
-    heavy_view = _limit_pressures(
+    heavy_evidence = _limit_pressures(
         evidence, above=evidence.study.selection.limits.heavy_from_gpa, below=np.inf
     )
-    mu = heavy_view.mu_by_viscosity()
-    is_film_adequate = _is_film_of_thinnest_oil_full(heavy_view)
+    mu = heavy_evidence.mu_by_viscosity()
+    is_film_adequate = _is_film_of_thinnest_oil_full(heavy_evidence)
     ratio = mu[-1:] / mu[:-1].min(axis=0, keepdims=True)
-    all_cases = heavy_view.outcome_on_grid(exceeds(1.0, ratio), ratio, adequate=is_film_adequate)
+    all_cases = heavy_evidence.outcome_on_grid(
+        exceeds(1.0, ratio), ratio, adequate=is_film_adequate
+    )
     outcome_with_film = _select_cases(all_cases, is_film_adequate, "no film")
     thinnest_has_least_torque = _has_thinnest_oil_least_torque(evidence)
     bearing_numbers = {
@@ -621,7 +623,7 @@ def _is_true_of_every_law(evidence: Evidence, is_true_of: Callable[[Law], BoolAr
 def _mu_for_any_constants(law: Law, slip: FloatArray) -> FloatArray:
     """mu at slips for all combinations of coefficients within their bounds; rounding becomes 0."""
     levels = [
-        np.geomspace(coefficient.smallest, coefficient.largest, _SIZE_COUNT)
+        np.geomspace(coefficient.smallest, coefficient.largest, _MAGNITUDE_COUNT)
         for coefficient in law.coefficients
     ]
     magnitudes = np.stack([mesh.ravel() for mesh in np.meshgrid(*levels)])[..., np.newaxis]
@@ -664,7 +666,7 @@ def _first_and_last(levels: FloatArray) -> tuple[float, float]:
     return float(levels[0]), float(levels[-1])
 
 
-def _falls(values: FloatArray, axis: int) -> BoolArray:
+def _falls_throughout(values: FloatArray, axis: int) -> BoolArray:
     """Whether values fall at every step along an axis, which is kept with length 1."""
     levels = np.moveaxis(values, axis, 0)
     falls: BoolArray = np.asarray(exceeds(levels[:-1], levels[1:]).all(axis=0, keepdims=True))

@@ -37,7 +37,8 @@ _POINTS_PER_CURVE = 121
 _SYMBOLS_PER_CURVE = 4
 # Upper end of a panel's scale, relative to the largest mu of its lines.
 _HEADROOM = 1.3
-# A band over the slip holds the whole curve of the next run; another one holds its points.
+# By whether the abscissa is the slip. Then the band holds the whole curve of the next run; over
+# another condition it holds its points.
 _BAND_LABELS = {True: "95 %, whole next run", False: "95 %, next run"}
 _SPEED, _TEMPERATURE, _SLIP = "entrainment_speed_m_s", "inlet_temperature_c", "slide_roll_ratio"
 # For each figure: the condition along the abscissa, and the condition that differs between the
@@ -140,7 +141,7 @@ def _draw_cuts(
         sharey="row",
         width=style.DOUBLE_COLUMN_IN,
     )
-    highest_of_rows = dict.fromkeys(range(len(fixed_levels_of_rows)), 0.0)
+    largest_mu_of_rows = dict.fromkeys(range(len(fixed_levels_of_rows)), 0.0)
     for panel, fixed_levels, oil in panels:
         row_index = fixed_levels_of_rows.index(fixed_levels)
         largest_mu = _draw_refit(
@@ -152,9 +153,9 @@ def _draw_cuts(
                 panel, truth[truth["oil"] == oil], fixed_levels, (abscissa, line_condition)
             ),
         )
-        highest_of_rows[row_index] = max(highest_of_rows[row_index], largest_mu)
+        largest_mu_of_rows[row_index] = max(largest_mu_of_rows[row_index], largest_mu)
         # a very wide interval leaves the panel; otherwise the lines would be flat
-        panel.axes.set_ylim(0, _HEADROOM * highest_of_rows[row_index])
+        panel.axes.set_ylim(0, _HEADROOM * largest_mu_of_rows[row_index])
         colour = style.oil_colour(oil, list(settings.oils))
         corner_look: style.Look = {"ha": "right", "va": "top", "transform": panel.axes.transAxes}
         panel.axes.text(0.98, 0.96, oil, color=colour, fontweight="bold", **corner_look)
@@ -301,7 +302,7 @@ def _draw_truth(
         The largest mu; 0 without a truth.
     """
     abscissa, line_condition = cut
-    # of the rows of the table, not of panels
+    # levels of each row of the table
     truth_levels = truth[list(fixed_levels)].to_numpy(dtype=float)
     has_levels: BoolArray = np.asarray(
         np.isclose(truth_levels, list(fixed_levels.values())).all(axis=1)
@@ -372,7 +373,7 @@ def _legend_entries(
 
 # A row of the table `fit_quality`.
 FitRow = Mapping[str, Any]
-_MU, _LEFT_OUT_MU = "traction_coefficient", "left_out_traction_coefficient"
+_MU_COLUMN, _LEFT_OUT_MU_COLUMN = "traction_coefficient", "left_out_traction_coefficient"
 _UNIT_OF_TEXTS = f"\N{MULTIPLICATION SIGN} {style.THOUSANDTHS}"
 _WANG_DENG = "wang-deng"
 _NO_WANG_DENG = "no Wang-Deng law could be fitted"
@@ -481,7 +482,7 @@ def _draw_zero_slip(
         for law_name, fit in fit_by_law.items()
         if law_name.startswith(_WANG_DENG)
     ]
-    if not sum(map(len, mu_at_zero_of_laws)):
+    if not any(len(mu_at_zero) for mu_at_zero in mu_at_zero_of_laws):
         return ""
     candidates = pd.concat(mu_at_zero_of_laws, ignore_index=True)
     chosen_law_name, run_id = candidates[["law", "run_id"]].to_numpy()[
@@ -496,12 +497,10 @@ def _draw_zero_slip(
     )
     panel.line("fit", slip, mu, line_look, **oil_and_label)
     near_zero_axes.plot(slip, 1e3 * mu, **line_look)
-    # an open symbol hides no other
+    # an open symbol is above the others, because it hides none
+    is_open = not fit_by_law[chosen_law_name]["certified"]
     near_zero_axes.plot(
-        0,
-        1e3 * mu[0],
-        **symbol_look | {"markersize": 5},
-        zorder=4 + (not fit_by_law[chosen_law_name]["certified"]),
+        0, 1e3 * mu[0], **symbol_look | {"markersize": 5}, zorder=5 if is_open else 4
     )
     # `near_zero_axes` shows it; this adds it to the table `drawn`
     panel.record("zero slip", 0.0, mu[0], **oil_and_label)
@@ -520,7 +519,8 @@ def _draw_left_out(
     Returns:
         The law, the conditions and the errors; empty if nothing was drawn.
     """
-    oils = [fit["oil"] for fit in fit_by_law.values()][:1]
+    # all fits are of one oil; there may be none
+    oils = {fit["oil"] for fit in fit_by_law.values()}
     # with mu of the laws, not as measured
     law_points = results.law_points[results.law_points["oil"].isin(oils)]
     rms_by_curve = _rms_errors(law_points, results.points)
@@ -531,7 +531,7 @@ def _draw_left_out(
     }
     if not growth_by_curve:
         return ""
-    # a law that comes to its special case grows as that does: the first of both
+    # where a law and its special case have the same fit, both errors grow alike: the first is taken
     chosen_law_name, run_id = list(growth_by_curve)[first_largest(list(growth_by_curve.values()))]
     curve, _, line_look, _, label = _draw_measured(
         panel, fit_by_law[chosen_law_name], run_id, results, settings
@@ -541,7 +541,7 @@ def _draw_left_out(
         (chosen_law_name, "left out"),
         (DENG2026.name, "left out"),
     ):
-        column = _LEFT_OUT_MU if series == "left out" else _MU
+        column = _LEFT_OUT_MU_COLUMN if series == "left out" else _MU_COLUMN
         plateaus = _with_positive_slip(
             law_points[(law_points["law"] == law_name) & (law_points["run_id"] == run_id)]
         )
@@ -562,7 +562,7 @@ def _draw_left_out(
         }
         panel.line(series, drawn_slip, drawn_mu, line_look | dashes, **oil_and_label)
         dot_look: style.Look = {"marker": ".", "markersize": 2, "linewidth": 0.5}
-        difference = law_mu_of_plateaus - curve[_MU].to_numpy()
+        difference = law_mu_of_plateaus - curve[_MU_COLUMN].to_numpy()
         error_axes.plot(slip_of_plateaus, 1e3 * difference, **line_look | dashes | dot_look)
     label += f"; rms error {_growth_text(*rms_by_curve[chosen_law_name, run_id])}"
     if (DENG2026.name, run_id) in rms_by_curve:
@@ -583,9 +583,9 @@ def _rms_errors(
         Both errors by law and run.
     """
     point_key = ["run_id", "first_row"]
-    measured = points.set_index(point_key)[_MU].rename("measured")
+    measured = points.set_index(point_key)[_MU_COLUMN].rename("measured")
     compared = law_points.join(measured, on=point_key)
-    errors = compared[[_MU, _LEFT_OUT_MU]].sub(compared["measured"], axis=0)
+    errors = compared[[_MU_COLUMN, _LEFT_OUT_MU_COLUMN]].sub(compared["measured"], axis=0)
     squares_by_curve = errors.pow(2).groupby([compared["law"], compared["run_id"]], sort=False)
     rms_rows = (squares_by_curve.mean() ** 0.5).reset_index().to_numpy().tolist()
     return {

@@ -1,4 +1,4 @@
-"""Judge the paper's constants, signs and claims; compare fits with a simulated truth."""
+"""Judge the paper's constants_by_oil, signs and claims; compare fits with a simulated truth."""
 
 from pathlib import Path
 
@@ -14,16 +14,16 @@ from simulated_lab.printed import read_printed_constants
 
 with run.job(snakemake) as job:
     printed_file, claims_file = Path(snakemake.input.printed), Path(snakemake.input.claims)
-    constants, oils = read_printed_constants(printed_file), list(job.settings.oils)
+    constants_by_oil, oils = read_printed_constants(printed_file), list(job.settings.oils)
     study = study_settings(job.settings)
     judged = compare_printed_with_fit(
-        job.input_tables.configured_fits, constants, oils, study.printed
+        job.input_tables.configured_fits, constants_by_oil, oils, study.printed
     )
     traction_max = job.settings.gates.traction_max
-    signs, verdicts = judge_signs(constants, oils, study.printed, traction_max)
+    signs, verdicts = judge_signs(constants_by_oil, oils, study.printed, traction_max)
     table_by_name = {"printed_judged": judged, "signs": signs, "sign_verdicts": verdicts}
     if job.settings.campaign.twin:
-        truth = truth_grid(job.settings, constants)
+        truth = truth_grid(job.settings, constants_by_oil)
         extrapolated = extrapolate(
             truth,
             job.input_tables.coefficients,

@@ -16,8 +16,8 @@ with run.job(snakemake) as job:
         job.input_tables.coefficients, job.input_tables.fit_quality, job.settings
     )
     table_by_name = advice_tables(oils, job.input_tables, job.settings)
-    constants = read_printed_constants(Path(snakemake.input.printed))
+    constants_by_oil = read_printed_constants(Path(snakemake.input.printed))
     advice, band = table_by_name["slip_advice"], table_by_name["advice_band"]
-    table_by_name |= advice_by_truth(advice, band, job.input_tables, job.settings, constants)
+    table_by_name |= advice_by_truth(advice, band, job.input_tables, job.settings, constants_by_oil)
     table_by_name["published_tests"] = published_tests_table(published_tests, oils, job.settings)
     job.write(table_by_name)
