@@ -1,4 +1,4 @@
-"""Judge the paper's constants_by_oil, signs and claims; compare fits with a simulated truth."""
+"""Judge the paper's constants, signs and claims; compare fits with a simulated truth."""
 
 from pathlib import Path
 
