@@ -5,7 +5,7 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from nptdms import ChannelObject, RootObject, TdmsWriter
+from nptdms import ChannelObject, RootObject, TdmsFile, TdmsWriter
 
 from bad_logs import CONFIG
 from oilfilm.logs.base import READING_NOTE, ParsedLog
@@ -117,6 +117,50 @@ def check_truth(reading: ParsedLog) -> np.ndarray:
     ]:
         np.testing.assert_allclose(run.samples[column], TRUTH[name](time), rtol=1e-6, atol=1e-6)
     return time
+
+
+def tdms_without_a_start(content: bytes, name: str) -> bytes:
+    """The TDMS log without the start time of one channel."""
+    with TdmsFile.open(io.BytesIO(content)) as log:
+        channels = []
+        for channel in log["run"].channels():
+            properties = dict(channel.properties)
+            if channel.name == name:
+                del properties["wf_start_time"]
+            channels.append(ChannelObject("run", channel.name, channel[:], properties))
+        objects = [RootObject(dict(log.properties)), *channels]
+        buffer = io.BytesIO()
+        with TdmsWriter(buffer) as writer:
+            writer.write_segment(objects)
+    return buffer.getvalue()
+
+
+def lvm_without_a_start(content: bytes) -> bytes:
+    """The LVM log without the date and time of its last channel."""
+    lines = content.decode().split("\n")
+    for index, line in enumerate(lines):
+        if line.startswith(("Date\t", "Time\t")):
+            lines[index] = line.rpartition("\t")[0]
+    return "\n".join(lines).encode()
+
+
+@pytest.mark.parametrize("start", [0.0, 0.5])
+@pytest.mark.parametrize("log_format", ["tdms", "lvm"])
+def test_a_start_that_is_not_known_is_that_of_the_others_only_if_they_agree(
+    log_format: str, start: float
+) -> None:
+    clocks = {"traction_force": (start, INTERVAL_S, ROWS)}
+    if log_format == "tdms":
+        content = tdms_without_a_start(tdms(clocks), "inlet_temperature")
+    else:
+        content = lvm_without_a_start(lvm(clocks, by_start_time=True))
+    reading = read(content)
+    if start == 0.0:
+        check_truth(reading)
+        return
+    (refusal,) = reading.refusals
+    assert (refusal.rule, reading.runs) == ("clocks", [])
+    assert "inlet_temperature" in refusal.reason
 
 
 @pytest.mark.parametrize("writer", WRITERS.values(), ids=WRITERS)

@@ -15,7 +15,7 @@ from oilfilm.logs.log_schema import Vocabulary
 from oilfilm.logs.logged_table import Clock, LoggedTable, Values
 
 # Clocks whose times differ by less in every row, in sampling intervals, are one clock.
-_LARGEST_CLOCK_DIFFERENCE = 0.1
+LARGEST_CLOCK_DIFFERENCE = 0.1
 _CLOCKS_ADVICE = (
     "Check the start times and intervals of the channels, or export them together on one time axis."
 )
@@ -41,6 +41,11 @@ def with_time_column(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     ]
     if has_time or not clocked_column_indices or table.columns:
         return table
+    indices_without_start = [
+        index for index in clocked_column_indices if np.isnan(_start_of_channel(table, index))
+    ]
+    if indices_without_start:
+        return replace(table, problem=_unknown_start_problem(table, indices_without_start))
     if not table.time_index_of_column:
         clocks = [_clock_since_log_start(table, index) for index in clocked_column_indices]
         if _is_one_clock(clocks, table.row_count):
@@ -62,7 +67,7 @@ def _is_one_clock(clocks: Sequence[Clock], row_count: int) -> bool:
             abs(clock.start - first_clock.start)
             + abs(clock.interval - first_clock.interval) * row_count
         )
-        if clock.unit != first_clock.unit or not difference <= _LARGEST_CLOCK_DIFFERENCE * abs(
+        if clock.unit != first_clock.unit or not difference <= LARGEST_CLOCK_DIFFERENCE * abs(
             first_clock.interval
         ):
             return False
@@ -136,7 +141,7 @@ def _align_channels(table: LoggedTable, channel_indices: Sequence[int]) -> Logge
         hold_time = (
             interval_of_index[index] if interval_of_index[index] > 1.5 * shortest_interval else 0.0
         )
-        tolerance = _LARGEST_CLOCK_DIFFERENCE * shortest_interval
+        tolerance = LARGEST_CLOCK_DIFFERENCE * shortest_interval
         is_beyond = (
             np.maximum(times[0] - times_of_fastest, times_of_fastest - times[-1])
             > hold_time + tolerance
@@ -189,8 +194,7 @@ def _falling_time_problem(name: str, times_of_row: FloatArray) -> base.Refusal |
 
 def _clock_since_log_start(table: LoggedTable, index: int) -> Clock:
     """The clock of a channel, counted from the start of the log."""
-    clock = table.clock_of_column[index]
-    return clock._replace(start=clock.start + table.start_s_of_column.get(index, 0.0))
+    return table.clock_of_column[index]._replace(start=_start_of_channel(table, index))
 
 
 def _times_by_clock(clock: Clock, row_count: int) -> FloatArray:
@@ -238,6 +242,25 @@ def _append_time_column(
     )
 
 
+def _start_of_channel(table: LoggedTable, index: int) -> float:
+    """Start of a channel by its clock and by the header; NaN where it is not known."""
+    start = table.clock_of_column[index].start if index in table.clock_of_column else 0.0
+    return start + table.start_s_of_column.get(index, 0.0)
+
+
+def _unknown_start_problem(table: LoggedTable, indices: Sequence[int]) -> base.Refusal:
+    """Why channels cannot be paired: those with these indices have no start time.
+
+    Where the channels that have one agree, `LoggedTable` gives the others the same.
+    """
+    names = ", ".join(repr(table.names[index][:60]) for index in indices)
+    reason = (
+        f"the file gives no start time for {names}, and its other start times differ from each "
+        "other"
+    )
+    return base.Refusal("clocks", reason, _CLOCKS_ADVICE)
+
+
 def _no_overlap_problem(table: LoggedTable, channels: Mapping[int, _Channel]) -> base.Refusal:
     spans_of_channels = [
         f"{table.names[index][:60]!r} from {channel.times[0]:.6g} to {channel.times[-1]:.6g}"
@@ -265,7 +288,7 @@ def _note_on_clocks(
         if (
             has_other_interval
             or abs(times[0] - times_of_fastest[0])
-            > _LARGEST_CLOCK_DIFFERENCE * interval_of_index[fastest_index]
+            > LARGEST_CLOCK_DIFFERENCE * interval_of_index[fastest_index]
         ):
             other_channels.append(
                 f"{table.names[index][:60]!r} (from {times[0]:.6g}, every "

@@ -18,7 +18,10 @@ Texts = npt.NDArray[np.object_]
 
 
 class Clock(NamedTuple):
-    """Time of an evenly sampled column: its start, the interval between rows, and their unit."""
+    """Time of an evenly sampled column: its start, the interval between rows, and their unit.
+
+    The start is NaN where the file does not give it, and gives several to other columns.
+    """
 
     start: float
     interval: float
@@ -44,7 +47,7 @@ class LoggedTable:
         clock_of_column: Index of an evenly sampled column -> its clock.
         time_index_of_column: Index of a column -> index of the column with its time, where several
             columns have times of their own.
-        start_s_of_column: Index of a column -> seconds to be added to its times.
+        start_s_of_column: Index of a column -> seconds to be added to its times; NaN as in `Clock`.
         cut_row_cell_count: Number of cells of the last row where it has no line end; else 0.
         show_row: Function that gives the text of the row with an index, for messages; None where
             the file has no text. The numbers are shown then.

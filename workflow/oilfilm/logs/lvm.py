@@ -249,7 +249,8 @@ def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, f
     """Index of the column of a channel -> its start after that of the first channel, in s.
 
     Times are relative to the date and time of their channel, unless the header says that they are
-    absolute. A header with fewer dates and times than channels has one start for all.
+    absolute. A header with fewer dates and times than channels has one start for all if these
+    agree; else the start of no channel is known (NaN).
 
     Source: NI, Specification for the LabVIEW Measurement File, tags Date, Time and Time_Pref.
 
@@ -266,15 +267,17 @@ def _start_s_of_columns(header: CellsOfKey, names: Sequence[str]) -> dict[int, f
         cell[:_CHARACTERS_OF_CLOCK_TIME] for cell in _filled_cells(header, "time")[:channel_count]
     ]
     is_absolute = _first_cell(header, "time_pref", "Relative").lower() == "absolute"
-    if is_absolute or not len(dates) == len(clock_times) == channel_count:
+    if is_absolute:
         return {}
     try:
         starts = [
             np.datetime64(f"{date}T{clock_time}".replace("/", "-").replace(",", "."), "ns")
-            for date, clock_time in zip(dates, clock_times, strict=True)
+            for date, clock_time in zip(dates, clock_times, strict=False)
         ]
     except ValueError:
         return {}
+    if not len(dates) == len(clock_times) == channel_count:
+        return dict.fromkeys(channel_indices, np.nan) if len(set(starts)) > 1 else {}
     return {
         index: float((start - starts[0]) / np.timedelta64(1, "s"))
         for index, start in zip(channel_indices, starts, strict=True)

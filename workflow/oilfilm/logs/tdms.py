@@ -18,6 +18,7 @@ from oilfilm.logs.base import (
     check_row_count,
     distinct_names,
 )
+from oilfilm.logs.clocks import LARGEST_CLOCK_DIFFERENCE
 from oilfilm.logs.columns import as_seconds, text_of_value, texts_of_values
 from oilfilm.logs.header import header_of_part, joined_texts
 from oilfilm.logs.log_schema import Vocabulary
@@ -211,24 +212,34 @@ def _text_of_key(properties: Mapping[str, Any]) -> dict[str, str]:
 def _start_s_of_channels(properties_of_channels: Sequence[Mapping[str, Any]]) -> list[float]:
     """Start of each channel after the earliest start time, in s: by its start time and offset.
 
-    Start times count only where all channels have one.
+    A channel without a start time starts with the others. It is NaN where these start at different
+    times.
     """
-    logged_start_times = [properties.get("wf_start_time") for properties in properties_of_channels]
     offsets = [
         float(properties.get("wf_start_offset", 0.0)) for properties in properties_of_channels
     ]
-    start_times = [
-        np.datetime64(instant)
-        for instant in logged_start_times
-        if instant is not None and np.datetime64(instant) > _EARLIEST_START
-    ]
-    if len(start_times) < len(properties_of_channels):
+    start_times = np.array([_start_time(properties) for properties in properties_of_channels])
+    is_known = ~np.isnat(start_times)
+    if not is_known.any():
         return offsets
-    earliest = min(start_times)
-    return [
-        offset + float((instant - earliest) / np.timedelta64(1, "us")) * 1e-6
-        for offset, instant in zip(offsets, start_times, strict=True)
+    s_after_earliest = (start_times - start_times[is_known].min()) / np.timedelta64(1, "us") * 1e-6
+    intervals_s = [
+        abs(float(properties["wf_increment"]))
+        for properties in properties_of_channels
+        if "wf_increment" in properties
     ]
+    largest_difference_s = LARGEST_CLOCK_DIFFERENCE * min(intervals_s, default=0.0)
+    if np.max(s_after_earliest[is_known]) <= largest_difference_s:
+        s_after_earliest[~is_known] = 0.0
+    return (s_after_earliest + offsets).tolist()
+
+
+def _start_time(properties: Mapping[str, Any]) -> np.datetime64:
+    """Start time of a channel; NaT (not a time) where it has none."""
+    instant = properties.get("wf_start_time")
+    start_time = np.datetime64("NaT") if instant is None else np.datetime64(instant)
+    # a comparison with NaT is false
+    return start_time if start_time > _EARLIEST_START else np.datetime64("NaT")
 
 
 def _unit(channel: TdmsChannel) -> str:
