@@ -34,7 +34,7 @@ with run.job(snakemake) as job:
     failed_gates = [tables.empty_table("points")[["run_id", "failed_gates"]]]
     with tables.writing("points", points_path, job.provenance, tables.ROWS_PER_GROUP) as write_part:
         for part in parts_in_order_of_runs:
-            points = compared.judge_points(part)
+            points = compared.apply_refusals(part)
             write_part(points)
             failed_gates.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
     counts_of_gates = gate_counts(runs, pd.concat(failed_gates), quarantine)
