@@ -256,7 +256,8 @@ def _is_surely_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Se
 @gate
 def thin_film(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The film does not separate the surfaces."""
-    # `traction_rig.with_film` has compared lambda with `lambda_limit`
+    # `with_film` has compared lambda with the limit. The page of gates finds it by the next line:
+    # settings.gates.lambda_limit
     return points["film_judgement"] == "below limit"
 
 
