@@ -36,7 +36,7 @@ with run.job(snakemake) as job:
         "points", points_path, job.provenance, tables.ROWS_PER_GROUP
     ) as write_block:
         for block in blocks_in_order_of_runs:
-            points = compared.judge_points(block)
+            points = compared.apply_refusals(block)
             write_block(points)
             failed_gates.append(points.loc[~points["accepted"], ["run_id", "failed_gates"]])
     counts_of_gates = gate_counts(runs, pd.concat(failed_gates), quarantine)

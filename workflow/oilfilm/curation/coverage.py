@@ -62,10 +62,10 @@ def runs_of_matrix(runs: pd.DataFrame, settings: Settings) -> pd.DataFrame:
     return runs[(merged["found_in"] == "both").to_numpy()]
 
 
-def planned_states(coverage: pd.DataFrame) -> pd.DataFrame:
+def planned_states(coverage_table: pd.DataFrame) -> pd.DataFrame:
     """One row per planned condition, all rigs together: oil, set points and the best state."""
     rank_of_state = {"accepted": 0, "refused": 1, "missing": 2}
-    planned_rows = coverage[coverage["planned"]]
+    planned_rows = coverage_table[coverage_table["planned"]]
     rank = planned_rows["state"].map(rank_of_state)
     best_first = planned_rows.loc[rank.sort_values(kind="stable").index]
     return best_first.drop_duplicates(["oil", *NOMINAL_COLUMNS]).sort_index()

@@ -66,23 +66,26 @@ _FULL_SCALE_KEY_OF_READING = {
 }
 # Columns of the points that have these readings.
 _SENSOR_COLUMNS = (
-    *("load_n", "traction_force_n", "inlet_temperature_c"),
-    *("entrainment_speed_m_s", "slide_roll_ratio"),
+    "load_n",
+    "traction_force_n",
+    "inlet_temperature_c",
+    "entrainment_speed_m_s",
+    "slide_roll_ratio",
 )
 # Two measured slips of one set slip differ by less than this ratio.
 _SAME_SLIP_RATIO = 1.02
 # Columns of the points in which a copy repeats the noise of its original.
-_MEAN_COLUMNS = ["slide_roll_ratio", "traction_coefficient"]
-_ERROR_COLUMNS = [f"{name}_se" for name in _MEAN_COLUMNS]
+_SLIP_AND_MU = ["slide_roll_ratio", "traction_coefficient"]
+_SLIP_AND_MU_ERRORS = [f"{name}_se" for name in _SLIP_AND_MU]
 # Columns in which a copy has the same conditions.
-_CONDITION_COLUMNS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
+_COPY_CONDITIONS = ["load_n", "entrainment_speed_m_s", "inlet_temperature_c"]
 
 
 class _RepeatRefusal(NamedTuple):
     """The refusal of a run that repeats or contradicts others.
 
     Attributes:
-        refusal: The refusal.
+        refusal: The refusal of that run.
         kept_id: Id of the run that is kept in its place; empty where none is.
     """
 
@@ -90,7 +93,7 @@ class _RepeatRefusal(NamedTuple):
     kept_id: str = ""
 
 
-def _refusal_of_repeats(
+def _repeat_refusals(
     campaign_tables: CampaignTables,
     runs: pd.DataFrame,
     rig_class: type[RigKind],
@@ -110,16 +113,20 @@ def _refusal_of_repeats(
     remaining_runs = runs[runs["verdict"] == "accepted"].sort_values(
         ["file", "run_id"], ignore_index=True
     )
-    repeat_of_run: dict[str, _RepeatRefusal] = {}
-    for repeat in _refusals_of_same_readings(campaign_tables, remaining_runs, rig_class, settings):
-        repeat_of_run.setdefault(repeat.refusal.run_id, repeat)
+    repeat_refusal_of_run: dict[str, _RepeatRefusal] = {}
+    for repeat_refusal in _refusals_of_same_readings(
+        campaign_tables, remaining_runs, rig_class, settings
+    ):
+        repeat_refusal_of_run.setdefault(repeat_refusal.refusal.run_id, repeat_refusal)
     if rig_class.name == TRACTION_KIND and settings.campaign.repeated_conditions != "accept":
-        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(repeat_of_run)]
-        repeat_of_run |= {
-            repeat.refusal.run_id: repeat
-            for repeat in _refusals_of_same_conditions(campaign_tables, remaining_runs, settings)
+        remaining_runs = remaining_runs[~remaining_runs["run_id"].isin(repeat_refusal_of_run)]
+        repeat_refusal_of_run |= {
+            repeat_refusal.refusal.run_id: repeat_refusal
+            for repeat_refusal in _refusals_of_same_conditions(
+                campaign_tables, remaining_runs, settings
+            )
         }
-    return repeat_of_run
+    return repeat_refusal_of_run
 
 
 def _refusals_of_same_readings(
@@ -128,14 +135,14 @@ def _refusals_of_same_readings(
     rig_class: type[RigKind],
     settings: Settings,
 ) -> Iterator[_RepeatRefusal]:
-    """Copies of an earlier log, and the same readings under the names of two oils."""
+    """Refusals of copies of an earlier log, and of the same readings under two names of oils."""
     pairs = list(_pairs_with_same_readings(campaign_tables, runs, rig_class, settings))
     # the verdicts on all earlier runs are known when a later one is judged
     pairs.sort(key=lambda pair: (pair[1].Index, pair[0].Index))
     refused_ids: set[str] = set()
     for first_run, later_run in pairs:
-        is_of_refused_run = first_run.run_id in refused_ids
-        if first_run.oil == later_run.oil and not is_of_refused_run:
+        is_first_refused = first_run.run_id in refused_ids
+        if first_run.oil == later_run.oil and not is_first_refused:
             refused_ids.add(later_run.run_id)
             kept_id = first_run.run_id
             refusal = refusal_by("duplicate_log", run_id=later_run.run_id, kept=kept_id)
@@ -152,71 +159,74 @@ def _refusals_of_same_readings(
 def _refusals_of_same_conditions(
     campaign_tables: CampaignTables, runs: pd.DataFrame, settings: Settings
 ) -> Iterator[_RepeatRefusal]:
-    """Refusals of runs that contradict others of their condition, and of all others but the first.
+    """Refusals of runs that contradict others of their condition, and of runs that repeat it.
 
-    Two runs contradict each other if they differ by more than `repeat_difference_max`. Of three or
-    more runs, one may be odd at a smaller difference. It is odd if the others agree far better with
-    each other than with it. Runs without a common slip are not compared, and all of them are kept.
+    Of the runs without a contradiction the first one is kept. Two runs contradict each other if
+    they differ by more than `repeat_difference_max`. Of three or more runs, one may be odd at a
+    smaller difference. It is odd if the others agree far better with each other than with it. Runs
+    without a common slip are not compared, and all of them are kept.
     """
     gate_limits = settings.gates
     allowed_difference = gate_limits.repeat_difference_max
     for run_ids, differences in _differences_by_condition(campaign_tables, runs, settings):
-        kept_index: list[int] = []
-        largest_differences_of_others = _largest_difference_of_others(differences)
+        kept_indices: list[int] = []
+        largest_of_others_by_run = _largest_difference_of_others(differences)
         for run_index, run_id in enumerate(run_ids):
             is_compared = np.isfinite(differences[run_index])
             is_compared[run_index] = False
-            other_index = np.flatnonzero(is_compared)
-            if len(other_index) == 0:
-                kept_index.append(run_index)
+            other_indices = np.flatnonzero(is_compared)
+            if len(other_indices) == 0:
+                kept_indices.append(run_index)
                 continue
-            differences_to_others = differences[run_index, other_index]
-            largest_difference_of_others = largest_differences_of_others[run_index]
-            has_several_others = len(other_index) > 1 and np.isfinite(largest_difference_of_others)
+            differences_to_others = differences[run_index, other_indices]
+            largest_difference_of_others = largest_of_others_by_run[run_index]
+            has_several_others = len(other_indices) > 1 and np.isfinite(
+                largest_difference_of_others
+            )
             odd_limit = allowed_difference
             if has_several_others:
                 odd_limit = max(
                     gate_limits.repeat_odd_min,
                     gate_limits.repeat_odd_factor * largest_difference_of_others,
                 )
-            contradicting_index = other_index[differences_to_others > allowed_difference]
-            if len(contradicting_index) <= len(other_index) / 2:
-                contradicting_index = other_index[differences_to_others > odd_limit]
-                if len(contradicting_index) < len(other_index):
-                    kept_index.append(run_index)
+            contradicting_indices = other_indices[differences_to_others > allowed_difference]
+            if len(contradicting_indices) <= len(other_indices) / 2:
+                contradicting_indices = other_indices[differences_to_others > odd_limit]
+                if len(contradicting_indices) < len(other_indices):
+                    kept_indices.append(run_index)
                     continue
             more_in_words = (
-                f" (and {len(contradicting_index) - 1} more)"
-                if len(contradicting_index) > 1
+                f" (and {len(contradicting_indices) - 1} more)"
+                if len(contradicting_indices) > 1
                 else ""
             )
             agreement_in_words = ""
             if has_several_others:
                 agreement_in_words = f"; the others agree within {largest_difference_of_others:.1%}"
             fields = dict(
-                other_id=run_ids[contradicting_index[0]],
-                difference=differences[run_index, contradicting_index[0]],
+                other_id=run_ids[contradicting_indices[0]],
+                difference=differences[run_index, contradicting_indices[0]],
                 more=more_in_words,
                 agree=agreement_in_words,
                 allowed=min(odd_limit, allowed_difference),
             )
             yield _RepeatRefusal(refusal_by("conflicting_condition", run_id=run_id, **fields))
-        yield from _refusals_of_later_runs(run_ids, differences, kept_index)
+        yield from _refusals_of_later_runs(run_ids, differences, kept_indices)
 
 
 def _refusals_of_later_runs(
-    run_ids: list[str], differences: FloatArray, index_without_conflict: list[int]
+    run_ids: list[str], differences: FloatArray, indices_without_conflict: list[int]
 ) -> Iterator[_RepeatRefusal]:
     """Refusals of runs that repeat an earlier one of their condition, which is kept.
 
     Args:
         run_ids: Ids of the runs of a condition, in the order of names.
         differences: Differences of the runs, as `_curve_differences` gives them.
-        index_without_conflict: Indices of the runs that the others do not contradict, ascending.
+        indices_without_conflict: Indices of the runs that the others do not contradict, ascending.
     """
-    kept_index: list[int] = []
-    for run_index in index_without_conflict:
-        for earlier_index in kept_index:
+    kept_indices: list[int] = []
+    for run_index in indices_without_conflict:
+        for earlier_index in kept_indices:
             difference = differences[earlier_index, run_index]
             if np.isfinite(difference):
                 kept_id = run_ids[earlier_index]
@@ -225,7 +235,7 @@ def _refusals_of_later_runs(
                 yield _RepeatRefusal(refusal, kept_id)
                 break
         else:
-            kept_index.append(run_index)
+            kept_indices.append(run_index)
 
 
 def _largest_difference_of_others(differences: FloatArray) -> FloatArray:
@@ -243,8 +253,8 @@ def _largest_difference_of_others(differences: FloatArray) -> FloatArray:
     largest_of_others = np.full(run_count, known_differences.max())
     # only the two runs that are farthest apart have another largest difference
     for run_index in np.unravel_index(np.argmax(known_differences), differences.shape):
-        other_index = np.delete(np.arange(run_count), run_index)
-        largest_of_others[run_index] = known_differences[np.ix_(other_index, other_index)].max(
+        other_indices = np.delete(np.arange(run_count), run_index)
+        largest_of_others[run_index] = known_differences[np.ix_(other_indices, other_indices)].max(
             initial=-np.inf
         )
     return largest_of_others
@@ -257,8 +267,8 @@ def _differences_by_condition(
 
     A condition is an oil, a rig and set points. The differences are those of `_curve_differences`.
 
-    A load counts by the pressure that it makes, where the rig's contact is known: a pressure that
-    is rounded by 0.5 % is a load that is off by 1.5 %.
+    Loads are compared as the pressures that they make, where the rig's contact is known: a pressure
+    that is rounded by 0.5 % stands for a load that is off by 1.5 %.
     """
     pressure_column, load_column = NOMINAL_COLUMNS[:2]
     runs_with_set_points = with_matched_set_points(runs, settings)
@@ -272,17 +282,17 @@ def _differences_by_condition(
     )
     if not runs_by_condition:
         return
-    columns = ["run_id", "accepted", *_MEAN_COLUMNS, "traction_coefficient_se"]
+    columns = ["run_id", "accepted", *_SLIP_AND_MU, "traction_coefficient_se"]
     points = campaign_tables.table("points", columns)
     is_of_condition = points["run_id"].isin(
         {run.run_id for runs_of_condition in runs_by_condition for run in runs_of_condition}
     )
     accepted_points = points[points["accepted"] & is_of_condition]
-    point_index_of_run = accepted_points.groupby("run_id").indices
+    point_indices_of_run = accepted_points.groupby("run_id").indices
     for runs_of_condition in runs_by_condition:
         run_ids = [run.run_id for run in runs_of_condition]
         curves = [
-            _curve_of_run(accepted_points.iloc[point_index_of_run[run_id]]) for run_id in run_ids
+            _curve_of_run(accepted_points.iloc[point_indices_of_run[run_id]]) for run_id in run_ids
         ]
         yield run_ids, _curve_differences(curves, settings.gates.sign_slip_min)
 
@@ -312,21 +322,22 @@ def _pairs_with_same_readings(
     # `_runs_with_same_values` leaves out runs with an empty value
     names_in_files = [f"in {run_id.removeprefix(run.file)}" for run_id, run in run_of_id.items()]
     runs_with_names = runs.assign(name_in_file=names_in_files)
-    for first_run, *other_runs in _runs_with_same_values(
-        runs_with_names, ["content_sha256", "name_in_file"]
-    ):
-        yield from ((first_run, later_run) for later_run in other_runs)
+    for same_runs in _runs_with_same_values(runs_with_names, ["content_sha256", "name_in_file"]):
+        for later_run in same_runs[1:]:
+            yield same_runs[0], later_run
     if rig_class.name == TRACTION_KIND:
         copy_settings = settings.gates.copies
         run_ids = pd.Index(runs["run_id"])
-        columns = ["run_id", *_MEAN_COLUMNS, *_ERROR_COLUMNS, *_CONDITION_COLUMNS]
-        last_points = []
+        columns = ["run_id", *_SLIP_AND_MU, *_SLIP_AND_MU_ERRORS, *_COPY_CONDITIONS]
+        last_points_of_blocks = []
         for points in campaign_tables.blocks("points", columns):
-            has_errors = (points[_ERROR_COLUMNS] > 0).all(axis=1)
+            has_errors = (points[_SLIP_AND_MU_ERRORS] > 0).all(axis=1)
             compared_points = points[_is_point_of_runs(points, run_ids) & has_errors]
-            last_points.append(compared_points.groupby("run_id").tail(copy_settings.plateaus + 1))
-        points_of_all = pd.concat(last_points, ignore_index=True)
-        for pair_ids in _pairs_with_same_noise(points_of_all, copy_settings):
+            last_points_of_blocks.append(
+                compared_points.groupby("run_id").tail(copy_settings.plateaus + 1)
+            )
+        last_points = pd.concat(last_points_of_blocks, ignore_index=True)
+        for pair_ids in _pairs_with_same_noise(last_points, copy_settings):
             first_run, later_run = sorted(
                 (run_of_id[run_id] for run_id in pair_ids), key=lambda run: run.Index
             )
@@ -367,15 +378,16 @@ def _pairs_with_same_noise(
             last_points[columns].to_numpy(float).reshape(len(run_ids), copy_settings.plateaus, -1)
         )
 
-    means = last_values(_MEAN_COLUMNS)
-    se = last_values(_ERROR_COLUMNS)
-    conditions = last_values(_CONDITION_COLUMNS)
+    means = last_values(_SLIP_AND_MU)
+    standard_errors = last_values(_SLIP_AND_MU_ERRORS)
+    conditions = last_values(_COPY_CONDITIONS)
     conditions = np.nan_to_num(conditions[:, -_LAST_PLATEAUS_LOOKED_UP:].reshape(len(run_ids), -1))
     # two conditions are near where they differ by less than 1 once they are scaled
     condition_tolerance = copy_settings.condition * np.abs(conditions).max(axis=0)
     scaled_conditions = conditions / np.where(condition_tolerance > 0, condition_tolerance, 1.0)
     tree = scipy.spatial.cKDTree(scaled_conditions)
     pair_count = (int(tree.count_neighbors(tree, 1.0, p=np.inf)) - len(run_ids)) // 2
+    # of slip and of mu
     rms_limits = np.array(
         [copy_settings.slip_errors, _allowed_traction_errors(copy_settings, pair_count)]
     )
@@ -383,14 +395,18 @@ def _pairs_with_same_noise(
     # may be copies. A step may differ by no more than this: the whole sum of squares that a copy
     # may have, as if it were in one step. This only preselects pairs.
     mu_steps = np.diff(means[..., 1], axis=1)
-    mu_step_tolerance = 2 * rms_limits[1] * np.sqrt(copy_settings.plateaus) * se[..., 1].max()
+    mu_step_tolerance = (
+        2 * rms_limits[1] * np.sqrt(copy_settings.plateaus) * standard_errors[..., 1].max()
+    )
     coordinates = np.concatenate([scaled_conditions, mu_steps / mu_step_tolerance], axis=1)
     tree = scipy.spatial.cKDTree(coordinates)
     for run_index, other_index in sorted(tree.query_pairs(1.0, p=np.inf)):
         difference = means[run_index] - means[other_index]
         # the zero of the force may be that of other rows, and rounding moves the speeds
         difference -= np.median(difference, axis=0)
-        difference_in_errors = difference / np.hypot(se[run_index], se[other_index])
+        difference_in_errors = difference / np.hypot(
+            standard_errors[run_index], standard_errors[other_index]
+        )
         rms = np.sqrt(np.mean(difference_in_errors**2, axis=0))
         if (rms < rms_limits).all():
             yield run_ids[run_index], run_ids[other_index]
@@ -404,8 +420,8 @@ def _allowed_traction_errors(copy_settings: CopySettings, pair_count: int) -> fl
     differences, less their mean, has the chi-squared distribution of m - 1 degrees of freedom.
     """
     chance_per_pair = _CHANCE_OF_A_FALSE_COPY / max(pair_count, 1)
-    freedom = copy_settings.plateaus - 1
-    sum_of_squares = 2 * scipy.special.gammaincinv(freedom / 2, chance_per_pair)
+    degrees_of_freedom = copy_settings.plateaus - 1
+    sum_of_squares = 2 * scipy.special.gammaincinv(degrees_of_freedom / 2, chance_per_pair)
     return min(
         copy_settings.traction_errors, float(np.sqrt(sum_of_squares / copy_settings.plateaus))
     )
@@ -449,9 +465,9 @@ def _curve_differences(curves: Sequence[_Curve], smallest_slip: float) -> FloatA
         excess = np.maximum(np.abs(shared_mu - expected_mu) - error, 0.0)
         mean_size = (np.abs(shared_mu) + np.abs(expected_mu)) / 2
         curve_of_point = curve_of_all_points[is_shared]
-        compared_curves, start_index = np.unique(curve_of_point, return_index=True)
+        compared_curves, start_indices = np.unique(curve_of_point, return_index=True)
         if len(compared_curves):
-            stretches = Stretches(start_index, np.append(start_index[1:], len(curve_of_point)))
+            stretches = Stretches(start_indices, np.append(start_indices[1:], len(curve_of_point)))
             differences[curve_index, compared_curves] = stretches.medians(excess / mean_size)
     # a curve of few slips is no curve between them: the other one is interpolated
     smaller_differences: FloatArray = np.minimum(differences, differences.T)
@@ -493,8 +509,8 @@ def with_campaign_warnings(
     if rig_class.name != TRACTION_KIND:
         return runs
     accepted_runs = runs[runs["verdict"] == "accepted"].set_index("run_id")
-    sentences_of_run = {
-        run_id: list(own_sentences) for run_id, own_sentences in accepted_runs["warning"].items()
+    warnings_of_run = {
+        run_id: list(own_warnings) for run_id, own_warnings in accepted_runs["warning"].items()
     }
 
     def points_of_accepted_runs(*columns: str) -> Iterator[pd.DataFrame]:
@@ -509,7 +525,7 @@ def with_campaign_warnings(
         ),
         _rig_warnings(points_of_accepted_runs(*_SENSOR_COLUMNS), accepted_runs["rig"], settings),
         spin_warnings(
-            points_of_accepted_runs("accepted", *_MEAN_COLUMNS, "load_n"),
+            points_of_accepted_runs("accepted", *_SLIP_AND_MU, "load_n"),
             accepted_runs["rig"],
             settings,
         ),
@@ -522,8 +538,8 @@ def with_campaign_warnings(
             settings.gates,
         ),
     ):
-        sentences_of_run[run_id].append(sentence)
-    warnings = [tuple(sentences_of_run.get(run_id, ())) for run_id in runs["run_id"]]
+        warnings_of_run[run_id].append(sentence)
+    warnings = [tuple(warnings_of_run.get(run_id, ())) for run_id in runs["run_id"]]
     return runs.assign(warning=tables.list_column(warnings, runs.index))
 
 
@@ -578,10 +594,12 @@ def _oil_warnings(oil_name_of_run: "pd.Series[str]", settings: Settings) -> Iter
         oil_name_of_run: Name of the oil of each run, by the id of the run.
         settings: The oils.
     """
-    for oil_name, oil_name_of_its_runs in oil_name_of_run.groupby(oil_name_of_run):
-        oil = settings.oils[str(oil_name)]
-        for doubt in oil.doubts() if oil else ():
-            for run_id in oil_name_of_its_runs.index:
+    for oil_name, runs_of_oil in oil_name_of_run.groupby(oil_name_of_run):
+        oil_file = settings.oils[str(oil_name)]
+        if oil_file is None:
+            continue
+        for doubt in oil_file.doubts():
+            for run_id in runs_of_oil.index:
                 yield str(run_id), f"unusual_oil: {doubt}; correct {oil_name}.yaml"
 
 
@@ -596,17 +614,19 @@ def _speed_warnings(
         gate_limits: `speed_tolerance`.
     """
     set_speed_of_run = runs["nominal_entrainment_speed_m_s"]
-    ids_of_runs_off: set[str] = set()
+    ids_of_runs_off_speed: set[str] = set()
     for points_of_part in read_points():
         points = points_of_part[points_of_part["accepted"]]
         set_speed_of_points = set_speed_of_run.reindex(points["run_id"]).to_numpy()
         deviation = (points["entrainment_speed_m_s"] - set_speed_of_points).abs()
         is_off = exceeds(deviation, gate_limits.speed_tolerance * set_speed_of_points)
-        ids_of_runs_off |= set(points.loc[is_off, "run_id"])
-    if not ids_of_runs_off:
+        ids_of_runs_off_speed |= set(points.loc[is_off, "run_id"])
+    if not ids_of_runs_off_speed:
         return
-    points_off = pd.concat([part[part["run_id"].isin(ids_of_runs_off)] for part in read_points()])
-    for run_id, points_of_run in points_off[points_off["accepted"]].groupby("run_id"):
+    points_off_speed = pd.concat(
+        [part[part["run_id"].isin(ids_of_runs_off_speed)] for part in read_points()]
+    )
+    for run_id, points_of_run in points_off_speed[points_off_speed["accepted"]].groupby("run_id"):
         entrainment_speed_m_s = points_of_run["entrainment_speed_m_s"]
         set_speed_m_s = set_speed_of_run[run_id]
         # the gate `speed_off_nominal` has accepted the points: one of the speeds is the set one
@@ -852,7 +872,7 @@ def _measure_runs(
     refusal_of_run: dict[str, Refusal] = {}
     short_level_refusals: list[Refusal] = []
     plateaus_of_run: dict[str, ColumnArrays] = {}
-    sentences_of_runs: list[tuple[str, ...]] = []
+    warnings_of_runs: list[tuple[str, ...]] = []
     for run_row in tables.rows(runs):
         run_id = run_row["run_id"]
         # the signals of one run at a time are in memory
@@ -864,13 +884,13 @@ def _measure_runs(
         if refusal is not None:
             refusal_of_run[run_id] = refusal
         if run is None or refusal is not None:
-            sentences_of_runs.append(())
+            warnings_of_runs.append(())
         else:
-            sentences_of_runs.append(warnings_about(run))
+            warnings_of_runs.append(warnings_about(run))
             short_level_refusals += [
                 replace(refusal, run_id=run_id) for refusal in run.short_level_refusals
             ]
-    runs = runs.assign(warning=tables.list_column(sentences_of_runs, runs.index))
+    runs = runs.assign(warning=tables.list_column(warnings_of_runs, runs.index))
     points = _table_of_plateaus(plateaus_of_run, runs.set_index("run_id"), rig_kind)
     return _MeasuredRuns(points, runs, refusal_of_run, short_level_refusals, rig_kind)
 
@@ -1032,7 +1052,7 @@ def collect(
         points=curated.points, runs=curated.runs, quarantine=curated.quarantine
     )
     compared = compare_runs(campaign_tables, settings, rig_class)
-    points = compared.judge_points(curated.points)
+    points = compared.apply_refusals(curated.points)
     return CuratedTables(
         points.sort_values(["run_id", "first_row"], ignore_index=True),
         compared.runs,
@@ -1056,8 +1076,8 @@ class ComparedRuns:
     refusals: list[Refusal]
     rig_class: type[RigKind]
 
-    def judge_points(self, points: pd.DataFrame) -> pd.DataFrame:
-        """Points. Those of runs that this comparison refuses are refused or left out."""
+    def apply_refusals(self, points: pd.DataFrame) -> pd.DataFrame:
+        """Points, of which those of the runs that are refused here are refused or left out."""
         return _refuse_plateaus(points, self.refusals, self.rig_class) if self.refusals else points
 
 
@@ -1066,7 +1086,7 @@ def compare_runs(
 ) -> ComparedRuns:
     """Compare the runs of a campaign with each other, without a change to the table of points.
 
-    `ComparedRuns.judge_points` changes the points. A rule reads only the columns that it needs,
+    `ComparedRuns.apply_refusals` changes the points. A rule reads only the columns that it needs,
     and the shapes of one oil at a time: the table of points of a large campaign does not fit into
     memory.
 
@@ -1094,8 +1114,8 @@ def _refusals_by_comparison(
 ) -> tuple[list[Refusal], list[RunWarning]]:
     """Refusals of runs that repeat others or contradict them, and warnings about shapes.
 
-    Repeats are left out before the shapes are judged. If the run that was kept in the place of a
-    repeat is then refused for its shape, the repeat is compared and judged in its place.
+    Repeats are left out before the shapes are judged. If the shape of a kept run is then refused,
+    the runs that repeat it are restored: they are compared and judged in its place.
 
     Args:
         campaign_tables: As for `compare_runs`.
@@ -1103,8 +1123,10 @@ def _refusals_by_comparison(
         rig_class: The class of the kind of rig.
     """
     runs = campaign_tables.runs
-    repeat_of_run = _refusal_of_repeats(campaign_tables, runs, rig_class, settings)
-    refusal_of_run = {run_id: repeat.refusal for run_id, repeat in repeat_of_run.items()}
+    repeat_refusal_of_run = _repeat_refusals(campaign_tables, runs, rig_class, settings)
+    refusal_of_run = {
+        run_id: repeat_refusal.refusal for run_id, repeat_refusal in repeat_refusal_of_run.items()
+    }
     shape_warnings: list[RunWarning] = []
     ids_to_judge: set[str] = set()
     if rig_class.name == TRACTION_KIND:
@@ -1116,19 +1138,21 @@ def _refusals_by_comparison(
         odd_ids = {refusal.run_id for refusal in shape_verdicts.refusals}
         refusal_of_run |= {refusal.run_id: refusal for refusal in shape_verdicts.refusals}
         restored_ids = {
-            run_id for run_id, repeat in repeat_of_run.items() if repeat.kept_id in odd_ids
+            run_id
+            for run_id, repeat_refusal in repeat_refusal_of_run.items()
+            if repeat_refusal.kept_id in odd_ids
         }
         if not restored_ids:
             break
         for run_id in restored_ids:
-            del refusal_of_run[run_id], repeat_of_run[run_id]
+            del refusal_of_run[run_id], repeat_refusal_of_run[run_id]
         # restored runs may repeat each other
         remaining_runs = runs[~runs["run_id"].isin(refusal_of_run)]
-        repeats_without_odd = _refusal_of_repeats(
-            campaign_tables, remaining_runs, rig_class, settings
-        )
-        repeat_of_run |= repeats_without_odd
-        refusal_of_run |= {run_id: repeat.refusal for run_id, repeat in repeats_without_odd.items()}
+        new_repeat_refusals = _repeat_refusals(campaign_tables, remaining_runs, rig_class, settings)
+        repeat_refusal_of_run |= new_repeat_refusals
+        refusal_of_run |= {
+            run_id: repeat_refusal.refusal for run_id, repeat_refusal in new_repeat_refusals.items()
+        }
         ids_to_judge = restored_ids - set(refusal_of_run)
     warnings_of_kept_runs = [
         (run_id, sentence) for run_id, sentence in shape_warnings if run_id not in refusal_of_run
@@ -1184,8 +1208,8 @@ def _samples_by_run(samples: pd.DataFrame) -> dict[str, ColumnArrays]:
     """Id of a run -> its samples; the rows of a run must be together."""
     arrays = arrays_of_samples(samples)
     samples_of_run: dict[str, ColumnArrays] = {}
-    for run_id, sample_index in samples.groupby("run_id").indices.items():
-        start, stop = sample_index[0], sample_index[-1] + 1
+    for run_id, sample_indices in samples.groupby("run_id").indices.items():
+        start, stop = sample_indices[0], sample_indices[-1] + 1
         samples_of_run[str(run_id)] = {name: array[start:stop] for name, array in arrays.items()}
     return samples_of_run
 

@@ -25,8 +25,15 @@ from oilfilm.traction import PAPER_LAW
 _CONDITION_COLUMNS = ["max_hertz_pressure_gpa", "entrainment_speed_m_s", "inlet_temperature_c"]
 # Columns of points that are judged: a campaign's table has three times as many.
 SHAPE_COLUMNS = [
-    *("run_id", "oil", "accepted", "first_row", "last_row", *_CONDITION_COLUMNS),
-    *("slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"),
+    "run_id",
+    "oil",
+    "accepted",
+    "first_row",
+    "last_row",
+    *_CONDITION_COLUMNS,
+    "slide_roll_ratio",
+    "traction_coefficient",
+    "traction_coefficient_se",
 ]
 # Below this slip the rig rolls: the error of the slip decides the traction.
 _LEAST_SLIDING_SLIP = 0.002
@@ -37,13 +44,15 @@ _LARGEST_UNSEEN_FACTOR = 2.0
 
 # What holds for any oil at one condition, with a wide margin: traction rises no faster than the
 # slip, falls by heat more slowly than by the square of the slip, and has one peak.
+# Exponent of that fall: mu falls more slowly than 1/S**2.
 _STEEPEST_FALL = 2.0
+# Factor by which a rise or a fall may be steeper than these limits.
 _MARGIN_FACTOR = 1.25
 # Ratio of mu at the lower edge of a valley to mu in it. A larger ratio shows two peaks.
 _DEEPEST_VALLEY = 1.15
-# Error of the zero that must not matter, as a traction coefficient. Number of standard errors of a
-# point that noise explains.
+# Error of the zero that must not matter, as a traction coefficient.
 _ZERO_ERROR = 0.002
+# Number of standard errors of a point that noise explains.
 _ERRORS_OF_NOISE = 5.0
 # A single level is off if it leaves the curve of its neighbours by this change of ln mu, and by
 # this multiple of the largest change of the other levels, judged without it. Of 2 940 clean curves
@@ -66,7 +75,7 @@ class ShapeVerdicts:
 
     Attributes:
         refusals: Refusals of runs whose curve contradicts the others.
-        warnings: Id of a run, and a sentence about it.
+        warnings: For each warning the id of a run, and a sentence about it.
         unjudged_ids: Ids of runs that were compared with four others or more, which cannot judge
             their curve. Runs that were not compared are not among them: those with fewer others,
             at 0 degC and below, or of unknown condition.
@@ -116,16 +125,17 @@ def _with_positive_slip(points: pd.DataFrame) -> pd.DataFrame:
     """Points, with slip and mu of the other sign in runs that slide at negative slip only."""
     largest_slip_of_run = points.groupby("run_id")["slide_roll_ratio"].transform("max")
     columns = ["slide_roll_ratio", "traction_coefficient"]
-    turned_values = points[columns].mask(
+    reversed_values = points[columns].mask(
         largest_slip_of_run < _LEAST_SLIDING_SLIP, -points[columns]
     )
-    return points.assign(**turned_values)
+    return points.assign(**reversed_values)
 
 
 def _is_mu_certain(points: pd.DataFrame) -> "pd.Series[bool]":
     """Mask of the points whose mu is certain enough, or has no known error."""
-    mu, error = points["traction_coefficient"], points["traction_coefficient_se"]
-    return ~(error > _LARGEST_RELATIVE_ERROR * mu.abs())
+    mu = points["traction_coefficient"]
+    mu_se = points["traction_coefficient_se"]
+    return ~(mu_se > _LARGEST_RELATIVE_ERROR * mu.abs())
 
 
 def _ids_of_runs_with_condition(points: pd.DataFrame) -> list[str]:
@@ -213,13 +223,15 @@ def _warnings_without_others(run_id: str, points: pd.DataFrame) -> Iterator[tupl
     columns = ["slide_roll_ratio", "traction_coefficient", "traction_coefficient_se"]
     # where the error of a point is not known, a jump may be noise
     points_with_errors = points.dropna(subset=columns).drop_duplicates("slide_roll_ratio")
-    slip, mu, error = points_with_errors[columns].to_numpy(float).T
-    noise_limit = _ERRORS_OF_NOISE * error
+    slip, mu, mu_se = points_with_errors[columns].to_numpy(float).T
+    # distance in mu that noise explains, shape (points,)
+    noise_limit = _ERRORS_OF_NOISE * mu_se
+    # name of a sentence -> mask of the points but the first, shape (points - 1,)
     mask_of_sentence = {
         "rises_too_fast": _rises_too_fast(slip, mu, noise_limit),
         "falls_too_fast": _falls_too_fast(slip, mu, noise_limit),
         "two_peaks": _is_in_valley(mu, noise_limit),
-        "single_level": _is_single_level(slip, mu, noise_limit),
+        "single_level": _is_odd_level(slip, mu, noise_limit),
     }
     for sentence_name, is_beyond in mask_of_sentence.items():
         indices_beyond = np.flatnonzero(is_beyond)
@@ -259,11 +271,14 @@ def _is_in_valley(mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
     return np.asarray((lower_edge > _DEEPEST_VALLEY * (mu + noise_limit))[1:])
 
 
-def _is_single_level(slip: FloatArray, mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
-    """Whether each point but the first leaves a curve that is smooth without it, (points - 1,).
+def _is_odd_level(slip: FloatArray, mu: FloatArray, noise_limit: FloatArray) -> BoolArray:
+    """Whether a point is the one that leaves a curve which is smooth without it.
 
     The curve is a polynomial of ln mu over the scaled slip through two neighbours on either side.
     Only the point that is farthest off can be named. The ends have no neighbours on one side.
+
+    Returns:
+        One value per point but the first, shape (points - 1,).
     """
     is_off = np.zeros(len(mu), dtype=bool)
     # levels are the points whose mu the zero does not shape
@@ -274,20 +289,21 @@ def _is_single_level(slip: FloatArray, mu: FloatArray, noise_limit: FloatArray) 
     scaled_slips = scaled_slip(slip[point_indices_of_levels])
     log_mu = np.log(mu[point_indices_of_levels])
     deviation = _deviation_from_neighbours(scaled_slips, log_mu)
-    excess = np.zeros(len(point_indices_of_levels))
+    excess_ratio = np.zeros(len(point_indices_of_levels))
     for level_index in range(1, len(point_indices_of_levels) - 1):
         other_indices = np.delete(np.arange(len(point_indices_of_levels)), level_index)
         roughness = np.abs(
             _deviation_from_neighbours(scaled_slips[other_indices], log_mu[other_indices])
         ).max()
-        excess[level_index] = abs(deviation[level_index]) / max(roughness, _LEAST_ROUGHNESS)
-    worst_level_index = int(first_largest(excess))
+        excess_ratio[level_index] = abs(deviation[level_index]) / max(roughness, _LEAST_ROUGHNESS)
+    worst_level_index = int(first_largest(excess_ratio))
     worst_point_index = point_indices_of_levels[worst_level_index]
     deviation_size = (
         abs(deviation[worst_level_index]) - noise_limit[worst_point_index] / mu[worst_point_index]
     )
     is_off[worst_point_index] = (
-        excess[worst_level_index] > _LEAST_EXCESS_RATIO and deviation_size > _LEAST_LOG_DEVIATION
+        excess_ratio[worst_level_index] > _LEAST_EXCESS_RATIO
+        and deviation_size > _LEAST_LOG_DEVIATION
     )
     return is_off[1:]
 

@@ -75,9 +75,11 @@ def unit_hint(force_name: str, is_usual_in_unit: Callable[[float], bool]) -> str
     Args:
         force_name: The force in words.
         is_usual_in_unit: Function of the size of a unit in N. It says whether the run would be
-            right with the force in this unit.
+            usual with the force in this unit.
     """
-    units = [unit for unit, size_n in _FORCE_UNIT_SIZE_N.items() if is_usual_in_unit(size_n)]
+    units = [
+        unit for unit, unit_size_n in _FORCE_UNIT_SIZE_N.items() if is_usual_in_unit(unit_size_n)
+    ]
     return f"; the {force_name} may be in {' or '.join(units)}" if units else ""
 
 

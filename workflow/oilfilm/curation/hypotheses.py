@@ -24,10 +24,16 @@ from oilfilm.settings.rig import Rig
 
 
 class Plausibility(Protocol):
-    """Whether the samples of a run, in which so many levels were found, may have a mistake."""
+    """A function that says whether the samples of a run may have a mistake."""
 
     def __call__(self, samples: ColumnArrays, level_count: int) -> bool:
-        """True if they may have it."""
+        """True if they may have it.
+
+        Args:
+            samples: Samples of the run as logged.
+            level_count: Number of levels that are found once the mistake is undone; 0 where the
+                mistake is in the settings.
+        """
         ...
 
 
@@ -52,7 +58,7 @@ class Hypothesis:
     changed_settings: Mapping[str, Any] = field(default_factory=dict)
 
 
-# Where force or slip are wrong, limits of plateaus fail that a wrong time fails, too.
+# A wrong force or slip breaks the limits that a wrong time breaks, and others.
 _RULES_OF_WRONG_TIME = frozenset(
     "too_short not_steady transient_not_ended no_point_left many_plateaus_fail zero_missing "
     "no_plateau zero_drift zero_noisy zero_not_settled".split()
@@ -70,7 +76,7 @@ RULES_WITH_HIDDEN_CAUSE = (
 )
 
 # All numbers below belong to explanations of a refusal. None decides whether a run is refused.
-# A time of the settings that is a larger share of the run than this leaves nothing of its levels.
+# A time in the settings that is a larger share of the run than this leaves nothing of its levels.
 _LARGEST_SHARE_OF_RUN = 1 / 8
 # Factors by which settings are reduced: the smallest step, and times.
 _STEP_FACTOR = 1 / 4
@@ -196,16 +202,16 @@ def _setting_hypothesis(
 
 
 def _is_shorter_than(longest_run_s: float, samples: ColumnArrays, level_count: int) -> bool:
-    """Whether the run is shorter than that."""
+    """Whether the run is shorter than `longest_run_s`."""
     return bool(np.ptp(samples["time_s"]) < longest_run_s)
 
 
-def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
+def traction_hypotheses(rig: Rig, sliding_sign: int) -> Iterator[Hypothesis]:
     """Mistakes of the logs of a traction rig, the most frequent first.
 
     Args:
         rig: The rig.
-        direction: 1 where the ball is slowed at positive slip, -1 where the disc is.
+        sliding_sign: 1 where the ball is slowed at positive slip, -1 where the disc is.
     """
     yield from time_hypotheses()
     for phrase, factor in _FORCE_FACTOR_OF_PHRASE.items():
@@ -217,9 +223,9 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
     track_ratio = None
     if rig.ball_track_radius_m is not None and rig.disc_track_radius_m is not None:
         track_ratio = rig.ball_track_radius_m / rig.disc_track_radius_m
-    yield _exchange_hypothesis("speeds", 1.0, direction)
+    yield _exchange_hypothesis("speeds", 1.0, sliding_sign)
     if track_ratio is not None:
-        yield _exchange_hypothesis("spindle speeds", track_ratio, direction)
+        yield _exchange_hypothesis("spindle speeds", track_ratio, sliding_sign)
     for wrong_speeds in _WRONG_SPEEDS:
         sentence = f"the opposite sign of {wrong_speeds.phrase}"
         undo = undo_by_factor(-1.0, *wrong_speeds.columns)
@@ -240,29 +246,29 @@ def traction_hypotheses(rig: Rig, direction: int) -> Iterator[Hypothesis]:
             )
 
 
-def _exchange_hypothesis(speeds_phrase: str, track_ratio: float, direction: int) -> Hypothesis:
+def _exchange_hypothesis(speeds_phrase: str, track_ratio: float, sliding_sign: int) -> Hypothesis:
     """The hypothesis that the columns of ball and disc are exchanged.
 
     Args:
         speeds_phrase: The two columns in a sentence.
         track_ratio: As for `_undo_exchange`.
-        direction: As for `traction_hypotheses`.
+        sliding_sign: As for `traction_hypotheses`.
     """
     sentence = f"the {speeds_phrase} of ball and disc exchanged"
     undo = partial(_undo_exchange, track_ratio)
-    is_plausible = partial(_slips_as_stated_once_undone, undo, direction)
+    is_plausible = partial(_slips_as_stated_once_undone, undo, sliding_sign)
     return Hypothesis("swapped_channels", sentence, undo, _RULES_OF_WRONG_SLIP, is_plausible)
 
 
 def _slips_as_stated_once_undone(
     undo: Callable[[ColumnArrays], ColumnArrays],
-    direction: int,
+    sliding_sign: int,
     samples: ColumnArrays,
     level_count: int,
 ) -> bool:
     """Whether the body that the campaign file names is the slower one once a mistake is undone."""
     corrected = undo(samples)
-    return bool(direction * np.nanmean(corrected[_DISC_SPEED] - corrected[_BALL_SPEED]) > 0)
+    return bool(sliding_sign * np.nanmean(corrected[_DISC_SPEED] - corrected[_BALL_SPEED]) > 0)
 
 
 def _speed_unit_hypotheses(has_spindle_speeds: bool) -> Iterator[Hypothesis]:
@@ -300,6 +306,7 @@ def _ratios_at_ends(samples: ColumnArrays) -> tuple[float, float]:
 
 
 def _speed_ratio(samples: ColumnArrays, rows: slice) -> float:
+    """Disc speed over ball speed in some rows, by their medians; 1 where one does not turn."""
     ball_speed = median(samples[_BALL_SPEED][rows])
     disc_speed = median(samples[_DISC_SPEED][rows])
     return disc_speed / ball_speed if ball_speed > 0 and disc_speed > 0 else 1.0

@@ -11,9 +11,8 @@ import pandas as pd
 
 from oilfilm.base.ties import exceeds, reaches
 from oilfilm.base.units import MAD_TO_SIGMA, FloatArray, IndexArray
-from oilfilm.curation import statistics
 from oilfilm.curation.rig_kind import Division, MeasuredRun, RigKind, Signals, unknown_values
-from oilfilm.curation.statistics import Stretches, median
+from oilfilm.curation.statistics import Stretches, median, rows_per_reading
 from oilfilm.curation.zero import (
     moved_zero_refusal,
     short_phase_refusal,
@@ -38,7 +37,7 @@ def measure_run(
     if is_settled:
         plateaus = _settled_readings(signals, rig_kind)
         run = MeasuredRun(rig_kind, signals, signals, plateaus, is_settled=True)
-        return replace(run, refusal=rig_kind.settled_refusal(run))
+        return replace(run, refusal=rig_kind.settled_readings_refusal(run))
     division = rig_kind.divide_run(signals, rig_name)
     usable_signals = division.signals
     phases, refusal = _usable_phases(division, rig_kind)
@@ -139,34 +138,38 @@ def average_plateaus(
         stops: Index after its last sample.
         rig_kind: The kind of rig, with its settings.
     """
-    settings = rig_kind.settings.curation
+    curation_settings = rig_kind.settings.curation
     settled_rows = np.maximum(stops - starts, 0)
     stops = np.maximum(stops, 1)
     starts = np.minimum(starts, stops - 1)
     stretches = Stretches(starts, stops)
     sensor = signals[rig_kind.sensor.column]
-    is_spike = stretches.spikes(stretches.cut(sensor), settings.spikes.threshold)
+    is_spike = stretches.spikes(stretches.cut(sensor), curation_settings.spikes.threshold)
     is_used = ~is_spike
     is_in_first_half = stretches.is_in_first_part(is_used, 1 / 2)
-    is_in_beginning = stretches.is_in_first_part(is_used, settings.plateaus.transient_share)
-    rows_per_reading = statistics.rows_per_reading(sensor)
+    is_in_beginning = stretches.is_in_first_part(
+        is_used, curation_settings.plateaus.transient_share
+    )
+    # a reading of a slow sensor is repeated in so many rows, and counts once
+    rows_held = rows_per_reading(sensor)
     averages: ColumnArrays = {
         "first_row": signals.row_numbers[starts],
         "last_row": signals.row_numbers[stops - 1],
-        "n_samples": stretches.counts(is_used) // rows_per_reading,
-        "n_spikes": stretches.counts(is_spike) // rows_per_reading,
+        "n_samples": stretches.counts(is_used) // rows_held,
+        "n_spikes": stretches.counts(is_spike) // rows_held,
         "duration_s": settled_rows * signals.interval_s,
         "time_s": stretches.means(stretches.cut(signals.time_s), is_used),
     }
     # one signal at a time: the memory of a long log must not grow with the number of signals
     for name in rig_kind.mean_columns:
         plateau_samples = stretches.cut(signals[name])
-        averages[name] = mean = stretches.means(plateau_samples, is_used)
+        mean = stretches.means(plateau_samples, is_used)
+        averages[name] = mean
         if name in rig_kind.columns_with_error:
             averages[f"{name}_se"] = stretches.standard_errors(plateau_samples, is_used, mean)
         if name in rig_kind.columns_with_change:
-            mean_of_remainder = stretches.means(plateau_samples, is_used & ~is_in_first_half)
-            averages[f"{name}_change"] = mean_of_remainder - stretches.means(
+            mean_of_second_half = stretches.means(plateau_samples, is_used & ~is_in_first_half)
+            averages[f"{name}_change"] = mean_of_second_half - stretches.means(
                 plateau_samples, is_in_first_half
             )
         if name in rig_kind.columns_with_transient:
@@ -178,7 +181,7 @@ def average_plateaus(
 
 
 def find_steps(
-    signal: FloatArray, interval_s: float, min_step: float, settings: StepSettings
+    signal: FloatArray, interval_s: float, min_step: float, plateau_settings: StepSettings
 ) -> IndexArray:
     """Indices at which a signal steps to another level.
 
@@ -190,9 +193,9 @@ def find_steps(
         signal: Slide-roll ratio or speed, shape (n,), finite.
         interval_s: Time between samples.
         min_step: Smallest step, in the unit of the signal.
-        settings: `window_s` and `noise_factor` of config's plateaus.
+        plateau_settings: `window_s` and `noise_factor`.
     """
-    window_samples = max(round(settings.window_s / interval_s), 2)
+    window_samples = max(round(plateau_settings.window_s / interval_s), 2)
     if len(signal) < 2 * window_samples:
         return np.array([], dtype=np.int64)
     running_sum = np.concatenate([[0.0], np.cumsum(signal)])
@@ -202,20 +205,20 @@ def find_steps(
         np.abs(window_sums[window_samples:] - window_sums[:-window_samples]) / window_samples
     )
     noise = MAD_TO_SIGMA * median(np.abs(np.diff(signal))) / np.sqrt(2)
-    limit = max(min_step, settings.noise_factor * noise * np.sqrt(2 / window_samples))
+    limit = max(min_step, plateau_settings.noise_factor * noise * np.sqrt(2 / window_samples))
     # noise may give two peaks within a window for one step: the higher one counts, or the first of
     # equals
     highest_around = (
         pd.Series(mean_change).rolling(2 * window_samples + 1, center=True, min_periods=1).max()
     )
     is_peak = reaches(mean_change, highest_around.to_numpy())
-    peak_index = np.flatnonzero(is_peak & exceeds(mean_change, limit))
-    distance_to_last_peak = np.diff(peak_index, prepend=-window_samples - 1)
-    return window_samples + peak_index[distance_to_last_peak > window_samples]
+    peak_indices = np.flatnonzero(is_peak & exceeds(mean_change, limit))
+    distance_to_last_peak = np.diff(peak_indices, prepend=-window_samples - 1)
+    return window_samples + peak_indices[distance_to_last_peak > window_samples]
 
 
 def settled_parts(
-    sample_count: int, steps: IndexArray, interval_s: float, settings: StepSettings
+    sample_count: int, steps: IndexArray, interval_s: float, plateau_settings: StepSettings
 ) -> tuple[IndexArray, IndexArray]:
     """First index of the steady part of each level between the steps, and the index after its last.
 
@@ -223,8 +226,8 @@ def settled_parts(
     makes the position of a step uncertain. The first level has no step before it. A level that ends
     before it has settled starts after its own stop.
     """
-    settle_rows = round(settings.settle_s / interval_s)
-    guard_rows = round(settings.guard_s / interval_s)
+    settle_rows = round(plateau_settings.settle_s / interval_s)
+    guard_rows = round(plateau_settings.guard_s / interval_s)
     starts = np.concatenate([[0], steps + settle_rows])
     stops = np.concatenate([steps - guard_rows, [sample_count]])
     return np.minimum(starts, sample_count), stops

@@ -81,8 +81,8 @@ def held_speed(points: pd.DataFrame) -> "pd.Series[float]":
     run_id = points["run_id"]
     deviation = (speeds - speeds.groupby(run_id).transform("median")).abs()
     scatter = deviation.groupby(run_id).transform("median").fillna(np.inf)
-    held_index = scatter.to_numpy().argmin(axis=1)
-    held_speeds = speeds.to_numpy()[np.arange(len(points)), held_index]
+    held_column_indices = scatter.to_numpy().argmin(axis=1)
+    held_speeds = speeds.to_numpy()[np.arange(len(points)), held_column_indices]
     return pd.Series(held_speeds, index=points.index)
 
 
@@ -91,20 +91,20 @@ def controlled_speeds(points: pd.DataFrame) -> dict[str, "pd.Series[float]"]:
 
     With slip S over the mean speed U the faster body has U (1 + S/2), the slower one U (1 - S/2).
     """
-    mean = points["entrainment_speed_m_s"]
+    mean_speed = points["entrainment_speed_m_s"]
     half_slip = points["slide_roll_ratio"].abs() / 2
     return {
-        "mean speed": mean,
-        "speed of the faster body": mean * (1 + half_slip),
-        "speed of the slower body": mean * (1 - half_slip),
+        "mean speed": mean_speed,
+        "speed of the faster body": mean_speed * (1 + half_slip),
+        "speed of the slower body": mean_speed * (1 - half_slip),
     }
 
 
 @gate
 def temperature_off_nominal(points: pd.DataFrame, rig_kind: TractionRig) -> BoolArray:
     """The inlet temperature is not the one that was set."""
-    off_c = points["inlet_temperature_c"] - points["nominal_inlet_temperature_c"]
-    return exceeds(off_c.abs(), rig_kind.gate_limits.temperature_tolerance_c)
+    deviation_c = points["inlet_temperature_c"] - points["nominal_inlet_temperature_c"]
+    return exceeds(deviation_c.abs(), rig_kind.gate_limits.temperature_tolerance_c)
 
 
 @gate
@@ -225,9 +225,9 @@ def _hint_at_unit_of_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     if largest_mu <= rig_kind.gate_limits.traction_max:
         return ""
 
-    def is_usual_in_unit(unit_n: float) -> bool:
-        is_usual = median_mu / unit_n >= rig_kind.gate_limits.sliding_traction_usual
-        is_possible = largest_mu / unit_n <= rig_kind.gate_limits.traction_max
+    def is_usual_in_unit(unit_size_n: float) -> bool:
+        is_usual = median_mu / unit_size_n >= rig_kind.gate_limits.sliding_traction_usual
+        is_possible = largest_mu / unit_size_n <= rig_kind.gate_limits.traction_max
         return bool(is_usual and is_possible)
 
     return unit_hint("load", is_usual_in_unit)
@@ -245,26 +245,28 @@ def _is_surely_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Se
 
     A small negative coefficient without slip is none of them: the zero may be slightly off.
     """
-    mu, error = points["traction_coefficient"], points["traction_coefficient_se"].fillna(0.0)
+    mu = points["traction_coefficient"]
+    mu_se = points["traction_coefficient_se"].fillna(0.0)
     is_sliding = points["slide_roll_ratio"] > rig_kind.gate_limits.sign_slip_min
-    error = rig_kind.gate_limits.significant_errors * error
-    is_above = mu - error > rig_kind.gate_limits.traction_max
-    return is_above | (is_sliding & (mu + error < rig_kind.gate_limits.traction_min))
+    margin = rig_kind.gate_limits.significant_errors * mu_se
+    is_above = mu - margin > rig_kind.gate_limits.traction_max
+    return is_above | (is_sliding & (mu + margin < rig_kind.gate_limits.traction_min))
 
 
 @gate
 def thin_film(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The film does not separate the surfaces."""
-    # derived with rig.gates.lambda_limit
+    # `with_film` has compared lambda with the limit. The page of gates finds it by the next line:
+    # settings.gates.lambda_limit
     return points["film_judgement"] == "below limit"
 
 
 @gate
 def film_not_judged(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Series[bool]":
     """The film cannot be calculated, and the campaign does not accept that."""
-    exception = rig_kind.settings.campaign.film_unjudged
+    film_unjudged = rig_kind.settings.campaign.film_unjudged
     is_unjudged = points["film_judgement"] == "cannot be judged"
-    return is_unjudged & (exception is None or not exception.accept)
+    return is_unjudged & (film_unjudged is None or not film_unjudged.accept)
 
 
 @gate
@@ -290,8 +292,8 @@ def _hint_at_unit_of_set_load(points: pd.DataFrame, rig_kind: TractionRig) -> st
     load_ratio = points["load_n"].mean() / points["nominal_load_n"].median()
     largest_deviation = 2 * rig_kind.gate_limits.load_tolerance
 
-    def is_set_load_in_unit(unit_n: float) -> bool:
-        return bool(abs(load_ratio * unit_n - 1) < largest_deviation)
+    def is_set_load_in_unit(unit_size_n: float) -> bool:
+        return bool(abs(load_ratio * unit_size_n - 1) < largest_deviation)
 
     return unit_hint("load", is_set_load_in_unit)
 
@@ -305,17 +307,17 @@ def _hint_at_slip_limit(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     return f"; they would pass with gates.slide_roll_ratio_max of {limit:g}"
 
 
-def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig_kind: Any) -> str:
+def sentence_of(plateau_gate: Gate[PlateauJudge], points: pd.DataFrame, rig_kind: Any) -> str:
     """The sentence of a gate about plateaus that all fail it."""
     hint = ""
-    if gate.name == "load_off_nominal":
+    if plateau_gate.name == "load_off_nominal":
         hint = _hint_at_unit_of_set_load(points, rig_kind)
-    if gate.name == "slip_out_of_range":
+    if plateau_gate.name == "slip_out_of_range":
         hint = _hint_at_slip_limit(points, rig_kind)
-    if gate.name == "traction_unphysical":
+    if plateau_gate.name == "traction_unphysical":
         hint = _hint_at_unit_of_load(points, rig_kind)
     number_columns = points.select_dtypes("number")
-    return gate.sentence(
+    return plateau_gate.sentence(
         rig_kind,
         hint=hint,
         least=number_columns.min(),
@@ -328,7 +330,9 @@ def sentence_of(gate: Gate[PlateauJudge], points: pd.DataFrame, rig_kind: Any) -
 
 # ---------------------------------------------------------------- verdicts
 
-_IF_RIGHT = "If that is not the mistake, correct the fault that is named after 'as it is'."
+_IF_NOT_THE_MISTAKE = (
+    "If that is not the mistake, correct the fault that is named after 'as it is'."
+)
 
 
 def advice_for(rule: str, rig_class: type[RigKind]) -> str:
@@ -339,7 +343,7 @@ def advice_for(rule: str, rig_class: type[RigKind]) -> str:
     # some rules have another advice for one kind of rig
     advice |= RULES[rig_class.name]
     for name, text in RULES["mistakes"].items():
-        advice[name] = f"{text} {_IF_RIGHT}"
+        advice[name] = f"{text} {_IF_NOT_THE_MISTAKE}"
     return str(advice[rule]).format(**rig_class.terms)
 
 
@@ -369,7 +373,10 @@ def judge_plateaus(points: pd.DataFrame, rig_kind: RigKind) -> pd.DataFrame:
     """The gates that each plateau fails: one boolean column per gate, one row per plateau."""
     gates = PLATEAU_GATES.for_rig(rig_kind.name) if len(points) else []
     return pd.DataFrame(
-        {gate.name: np.asarray(gate.judge(points, rig_kind)) for gate in gates},
+        {
+            plateau_gate.name: np.asarray(plateau_gate.judge(points, rig_kind))
+            for plateau_gate in gates
+        },
         index=points.index,
         dtype=bool,
     )
@@ -392,10 +399,8 @@ def refusals_of_unusable_runs(
     share_by_run = judgements_by_run.mean()
     count_by_run = judgements_by_run.sum()
     any_by_run = judgements_by_run.any()
-    largest_faulty_share, fewest_faulty = (
-        rig_kind.gate_limits.faulty_share_max,
-        rig_kind.gate_limits.faulty_plateaus_min,
-    )
+    largest_faulty_share = rig_kind.gate_limits.faulty_share_max
+    fewest_faulty = rig_kind.gate_limits.faulty_plateaus_min
     do_many_fail = share_by_run["faulty_where_held"] > largest_faulty_share
     do_many_fail &= count_by_run["faulty_where_held"] >= fewest_faulty
     do_most_fail = share_by_run["faulty"] > max(1 / 2, largest_faulty_share)
@@ -425,7 +430,9 @@ def _judgements(
     - `faulty_where_held`: it is faulty and held.
     """
     blaming_gate_names = [
-        gate.name for gate in PLATEAU_GATES.for_rig(rig_kind.name) if gate.blames_run
+        plateau_gate.name
+        for plateau_gate in PLATEAU_GATES.for_rig(rig_kind.name)
+        if plateau_gate.blames_run
     ]
     is_faulty = failed_by_gate[blaming_gate_names].any(axis=1)
     judgements = pd.DataFrame(
@@ -460,9 +467,9 @@ def _refusal_of_run(
         rig_kind: The kind of rig, with its settings.
     """
     gates = PLATEAU_GATES.for_rig(rig_kind.name)
-    for gate in gates:
-        if failed_by_gate[gate.name].all():
-            return Refusal(gate.name, sentence_of(gate, points, rig_kind), "")
+    for plateau_gate in gates:
+        if failed_by_gate[plateau_gate.name].all():
+            return Refusal(plateau_gate.name, sentence_of(plateau_gate, points, rig_kind), "")
     is_unphysical = judgements["unphysical"]
     if is_unphysical.any() and isinstance(rig_kind, TractionRig):
         worst_point = points.iloc[
@@ -486,7 +493,7 @@ def _refusal_of_run(
             counts=_gate_counts_in_words(failed_by_gate[is_informative]),
         )
     is_blamed = judgements["blamed"]
-    blaming_gate_names = [gate.name for gate in gates if gate.blames_run]
+    blaming_gate_names = [plateau_gate.name for plateau_gate in gates if plateau_gate.blames_run]
     return refusal_by(
         "many_plateaus_fail",
         count=is_blamed.sum(),

@@ -6,10 +6,11 @@ the zero of the sensor and the lag are found together, by least squares on all r
 
     F(t) = zero + drift t + L_lag [W(t) m(|S(t)|) sign(S(t))]
 
-m is a cubic spline with m(0) = 0. L_lag is a filter of first order, a delay, or both. If rising and
-falling slip pass the same slips, the lag is the one with which both curves agree. If they do not,
-the run does not show its lag. The lag may then have any value in a range, and the error of mu
-includes this.
+F is the traction force, W the load, S the slide-roll ratio, and t the time from 0 at the first row
+to 1 at the last. m is the curve of mu: a cubic spline with m(0) = 0. L_lag is a filter of first
+order, a delay, or both. If rising and falling slip pass the same slips, the lag is the one with
+which both curves agree. If they do not, the run does not show its lag. The lag may then have any
+value in a range, and the error of mu includes this.
 
 The log has samples. Where there are many, they are averaged to rows. The result has points.
 
@@ -39,7 +40,8 @@ from oilfilm.settings.config import PlateauSettings, ZeroReferenceSettings
 
 # If levels are held for a larger share of the sliding time, the run has steps and is no ramp.
 _LARGEST_HELD_SHARE = 1 / 4
-# The path of the slip is the sum of its changes, up and down. This share of a sum is most of it.
+# The path of the slip is the sum of the sizes of its changes, up and down. This share of a sum
+# counts as most of it.
 _SHARE_CALLED_MOST = 0.8
 # A ramp makes most of its path in at least this share of the time: a straight ramp in 0.8, a sine
 # in 0.59. Steps need less than 0.3.
@@ -67,10 +69,10 @@ FEWEST_RAMP_POINTS = 5
 # So many rows are enough for a curve. Samples are averaged until there are no more.
 _MOST_ROWS = 1000
 # A branch, up or down, with fewer rows gives no curve.
-_FEWEST_ROWS = 30
+_FEWEST_ROWS_OF_BRANCH = 30
 # The slip is smoothed by parabolas over this time.
 _SMOOTHING_TIME_S = 0.8
-# But at least over so many rows.
+# The parabolas are over at least so many rows.
 _FEWEST_ROWS_SMOOTHED = 5
 # A slip is resolved if the ramp has at least so many rows between half of it and itself.
 _FEWEST_ROWS_TO_RESOLVE = 7
@@ -104,7 +106,7 @@ _FILTER_SHARES = (0.0, 0.5, 1.0)
 # The search of a lag ends after so many evaluations.
 _MOST_EVALUATIONS = 30
 # The force may be read before the slip of its row, by at most so many rows.
-_EARLIEST_LAG_ROWS = 0.5
+_LARGEST_LEAD_ROWS = 0.5
 # A spike is compared with the median of so many samples.
 _MEDIAN_FILTER_SAMPLES = 9
 # Rising and falling slip may show the lag if both cover at least this share of the slips.
@@ -175,7 +177,7 @@ class _Ramp:
 
 @dataclass(frozen=True)
 class _Trial:
-    """One of several possible lags, with which the curve is read; the answer is their mean.
+    """One of several possible lags that are tried: mu is the weighted mean of their curves.
 
     Attributes:
         knots: Slips between which the spline is one polynomial, shape (knots,).
@@ -207,15 +209,15 @@ def is_ramp(
         is_held: Plateaus whose slip is steady, shape (plateaus,).
     """
     slip = run.running_signals["slide_roll_ratio"]
-    sliding_index = np.flatnonzero(np.abs(slip) > rolling_slip)
-    if len(sliding_index) < _FEWEST_SAMPLES:
+    sliding_indices = np.flatnonzero(np.abs(slip) > rolling_slip)
+    if len(sliding_indices) < _FEWEST_SAMPLES:
         return False
-    sliding_s = len(sliding_index) * run.signals.interval_s
+    sliding_s = len(sliding_indices) * run.signals.interval_s
     is_level = is_held & (np.abs(run.plateaus["slide_roll_ratio"]) > rolling_slip)
     is_level &= run.plateaus["duration_s"] >= plateau_settings.min_duration_s
     if run.plateaus["duration_s"][is_level].sum() > _LARGEST_HELD_SHARE * sliding_s:
         return False
-    sliding_slip = slip[sliding_index[0] : sliding_index[-1] + 1]
+    sliding_slip = slip[sliding_indices[0] : sliding_indices[-1] + 1]
     slip_scales = (sliding_slip, np.arcsinh(sliding_slip / _SLIP_SCALE))
     if (
         max(_time_share_of_path(scaled_slip) for scaled_slip in slip_scales)
@@ -329,13 +331,13 @@ def rolling_ends(
     slip = signals["slide_roll_ratio"]
     window_samples = max(round(window_s / signals.interval_s), 1)
     mean_slip = scipy.ndimage.uniform_filter1d(slip, window_samples, mode="nearest")
-    sliding_index = np.flatnonzero(np.abs(mean_slip) > zero_settings.max_slide_roll_ratio)
-    if len(sliding_index) == 0:
+    sliding_indices = np.flatnonzero(np.abs(mean_slip) > zero_settings.max_slide_roll_ratio)
+    if len(sliding_indices) == 0:
         # a slip that alternates faster than the window has no ends of rolling
         return {"opening": slice(0, 0), "closing": slice(0, 0)}
     return {
-        "opening": slice(0, int(sliding_index[0])),
-        "closing": slice(int(sliding_index[-1]) + 1, len(slip)),
+        "opening": slice(0, int(sliding_indices[0])),
+        "closing": slice(int(sliding_indices[-1]) + 1, len(slip)),
     }
 
 
@@ -433,14 +435,15 @@ def replace_spikes(signal: FloatArray, threshold: float) -> tuple[FloatArray, Bo
             deviations of the noise.
     """
     median_signal = scipy.ndimage.median_filter(signal, _MEDIAN_FILTER_SAMPLES, mode="nearest")
+    noise_sd = _noise_sd(signal)
     # a signal without noise has no spikes
-    limit = threshold * _noise_sd(signal) or np.inf
+    limit = threshold * noise_sd if noise_sd > 0 else np.inf
     is_spike = np.abs(signal - median_signal) > limit
     return np.where(is_spike, median_signal, signal), is_spike
 
 
 def _block_means(signal: FloatArray, block_length: int) -> FloatArray:
-    """Means of blocks of so many samples; what is left at the end is dropped."""
+    """Means of blocks of `block_length` samples; an incomplete block at the end is dropped."""
     block_count = len(signal) // block_length
     return signal[: block_count * block_length].reshape(block_count, block_length).mean(axis=1)
 
@@ -450,7 +453,7 @@ def _averaged_ramp(signals: Signals, force_n: FloatArray) -> _Ramp:
     samples_per_row = -(-len(signals) // _MOST_ROWS)
     slip = _block_means(signals["slide_roll_ratio"], samples_per_row)
     interval_s = signals.interval_s * samples_per_row
-    # At low slip the curve is steep, so noise of the slip counts like a large noise of the force.
+    # at low slip the curve is steep, so that noise of the slip acts like much noise of the force
     window_rows = max(2 * round(_SMOOTHING_TIME_S / interval_s / 2) + 1, _FEWEST_ROWS_SMOOTHED)
     parabola_weights = scipy.signal.savgol_coeffs(window_rows, polyorder=2)
     smooth_slip = scipy.ndimage.convolve1d(slip, parabola_weights, mode="nearest")
@@ -536,7 +539,7 @@ def _branch_of_rows(slip_size: FloatArray) -> IndexArray:
     branch = 0
     turns = _rows_of_turns(slip_size)
     for start, stop in pairwise([*turns, len(slip_size)]):
-        if stop - start >= _FEWEST_ROWS:
+        if stop - start >= _FEWEST_ROWS_OF_BRANCH:
             branch += 1
         branch_of_row[start:] = branch
     return branch_of_row
@@ -588,7 +591,7 @@ def _spline_basis(slip_size: FloatArray, knots: FloatArray) -> FloatArray:
     splines = scipy.interpolate.BSpline.design_matrix(
         clipped_size, padded_knots, _SPLINE_DEGREE
     ).toarray()
-    # At zero slip only the first spline is not 0. It is left out.
+    # at zero slip only the first spline is not 0: it is left out
     return np.asarray(splines[:, 1:])
 
 
@@ -642,7 +645,7 @@ def _weighted_trials(
     zero_term_count: int,
     may_show_lag: bool,
 ) -> tuple[list[_Trial], float, bool]:
-    """Lags with their weights, the variance for means, and whether the ramp shows its lag.
+    """Trials of lags with their weights.
 
     Args:
         ramp: The ramp.
@@ -676,8 +679,9 @@ def _weighted_trials(
     parameter_counts = np.array(
         [_parameter_count(knots, zero_term_count) for knots in knots_by_spacing]
     )
-    deviances = sum_of_squares / effective_variance_n2 + parameter_counts * np.log(len(ramp.slip))
-    weights = np.exp(-(deviances - deviances.min()) / 2)
+    # Schwarz's criterion (BIC) of each spacing of knots
+    bic = sum_of_squares / effective_variance_n2 + parameter_counts * np.log(len(ramp.slip))
+    weights = np.exp(-(bic - bic.min()) / 2)
     weights /= weights.sum()
     trials: list[_Trial] = []
     for trials_of_spacing, weight in zip(trials_by_spacing, weights.tolist(), strict=True):
@@ -704,7 +708,7 @@ def _lag_fit(
         coefficients, _ = _least_squares(weighted_columns, weighted_force_n)
         return np.asarray(weighted_force_n - weighted_columns @ coefficients)
 
-    largest_lead_s = _EARLIEST_LAG_ROWS * ramp.interval_s
+    largest_lead_s = _LARGEST_LEAD_ROWS * ramp.interval_s
     bounds = (
         [0.0, -largest_lead_s],
         [max(longest_lag_s, largest_lead_s), max(longest_lag_s, largest_lead_s)],
@@ -750,13 +754,17 @@ def _variance_for_means(residual: FloatArray, parameter_count: int) -> float:
 def _trials_around_best(
     lag_fit: "scipy.optimize.OptimizeResult", effective_variance_n2: float, knots: FloatArray
 ) -> list[_Trial]:
-    """Four lags of equal weight, which have the best lag as mean and its covariance."""
+    """Four lags of equal weight around the best one: they have its filter, delay and covariance.
+
+    Two of them are on each principal axis of the covariance of filter and delay, sqrt(2) standard
+    deviations on either side of the best lag.
+    """
     covariance = effective_variance_n2 * np.linalg.pinv(lag_fit.jac.T @ lag_fit.jac)
-    lag_variances, directions = np.linalg.eigh(covariance)
+    eigenvalues, eigenvectors = np.linalg.eigh(covariance)
     trials: list[_Trial] = []
-    for lag_variance, direction in zip(lag_variances, directions.T, strict=True):
+    for eigenvalue, eigenvector in zip(eigenvalues, eigenvectors.T, strict=True):
         for side in (-1.0, 1.0):
-            filter_s, delay_s = lag_fit.x + side * np.sqrt(2 * max(lag_variance, 0.0)) * direction
+            filter_s, delay_s = lag_fit.x + side * np.sqrt(2 * max(eigenvalue, 0.0)) * eigenvector
             # how a lag is divided between filter and delay matters little. The filter must not be
             # negative, nor longer than the lag
             lag_s = filter_s + delay_s
@@ -806,8 +814,8 @@ def _slips_of_points(
     for branch in np.unique(ramp.branch_of_row):
         slip_size = np.abs(ramp.slip[ramp.branch_of_row == branch])
         for knot in knots[knots >= smallest_slip]:
-            is_near = (slip_size > knot / 2) & (slip_size <= knot)
-            if np.count_nonzero(is_near) >= fewest_rows and knot <= slip_size.max():
+            is_approaching = (slip_size > knot / 2) & (slip_size <= knot)
+            if np.count_nonzero(is_approaching) >= fewest_rows and knot <= slip_size.max():
                 point_slip_sizes.append(float(knot))
                 branches.append(int(branch))
     return np.array(point_slip_sizes), np.array(branches, dtype=np.int64)
@@ -903,17 +911,17 @@ def _rows_of_points(
     starts = np.zeros(len(point_slip_sizes), dtype=np.int64)
     stops = np.zeros(len(point_slip_sizes), dtype=np.int64)
     for branch in np.unique(branch_of_point):
-        point_index_of_branch = np.flatnonzero(branch_of_point == branch)
-        slips_of_branch = point_slip_sizes[point_index_of_branch]
-        middle_slips = (slips_of_branch[1:] + slips_of_branch[:-1]) / 2
+        point_indices_of_branch = np.flatnonzero(branch_of_point == branch)
+        slips_of_branch = point_slip_sizes[point_indices_of_branch]
+        limits_between_slips = (slips_of_branch[1:] + slips_of_branch[:-1]) / 2
         slip_size = np.abs(ramp.slip)
         # rows of rolling belong to no slip
         rows_of_branch = np.flatnonzero(
             (ramp.branch_of_row == branch) & (slip_size > slips_of_branch[0] / _KNOT_RATIOS[0])
         )
-        nearest_index = np.searchsorted(middle_slips, slip_size[rows_of_branch])
-        for index_in_branch, point_index in enumerate(point_index_of_branch):
-            nearest_rows = rows_of_branch[nearest_index == index_in_branch]
+        nearest_indices = np.searchsorted(limits_between_slips, slip_size[rows_of_branch])
+        for index_in_branch, point_index in enumerate(point_indices_of_branch):
+            nearest_rows = rows_of_branch[nearest_indices == index_in_branch]
             if len(nearest_rows):
                 starts[point_index] = nearest_rows[0]
                 stops[point_index] = nearest_rows[-1] + 1

@@ -129,14 +129,17 @@ class MeasuredRun:
     Attributes:
         rig_kind: The kind of rig, with its settings.
         signals: All samples of the run.
-        running_signals: The samples at which the rig rotates, without phases that give the zero.
+        running_signals: The samples at which the rig rotates: phases of pure rolling are among
+            them, phases at standstill are not.
         plateaus: Columns over the plateaus. Tables are made of all runs at once, because a small
             table costs as much as a large one.
         refusal: What was found wrong while the run was measured, mostly with its zero; else None.
         short_level_refusals: Refusals of levels that ended before they settled and give no plateau.
-        zero_phases: Names of the phases that gave the zero, in the order of time.
+        zero_phases: Names of the phases that gave the zero, in the order of time. On a ramp whose
+            zero both directions of slip show, these words.
         force_lag: Lag of the force, where the slip is a continuous ramp; else None.
-        is_settled: Whether each row is a settled reading.
+        is_settled: Whether each row is a settled reading, as of a rig whose program steps from one
+            slip to the next. Else the log is a signal against time.
     """
 
     rig_kind: "RigKind"
@@ -163,8 +166,8 @@ class Division:
         phases: Name of a phase that gives the zero -> its slice of `phase_signals`, in the order of
             time.
         rest_in_words: What the rig does in the phases, in words.
-        are_phases_in_levels: Whether the phases are parts of levels. What remains of these levels
-            gives plateaus.
+        are_phases_in_levels: Whether the phases are parts of levels, as phases of pure rolling are.
+            What remains of these levels gives plateaus.
         running_selection: Mask or slice of `signals`: the samples at which the rig rotates.
         short_level_refusals: Levels that ended before they settled and give no plateau.
     """
@@ -185,7 +188,7 @@ class RigKind(Protocol):
 
     Attributes:
         name: Name of the kind in `rules.yaml`.
-        log_schema: The kind of its logs.
+        log_schema: The columns and keys of its logs.
         table_name: Name of its table of plateaus, as `tables` knows it.
         sensor: The signal whose zero is removed and whose spikes are left out.
         channels: The logged signals beside the sensor, the load first.
@@ -266,7 +269,7 @@ class RigKind(Protocol):
         """
         return None
 
-    def settled_refusal(self, run: MeasuredRun) -> Refusal | None:
+    def settled_readings_refusal(self, run: MeasuredRun) -> Refusal | None:
         """The refusal of readings that the rig is said to have settled; None without one.
 
         Args:

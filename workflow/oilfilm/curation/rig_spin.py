@@ -44,7 +44,7 @@ def spin_warnings(
     if settings.campaign.data == "simulated":
         return
     sliding_points = pd.concat(
-        [points[_is_sliding(points)] for points in points_in_parts], ignore_index=True
+        [points[_has_slip_and_traction(points)] for points in points_in_parts], ignore_index=True
     )
     for rig_name, points_of_rig in sliding_points.groupby(
         sliding_points["run_id"].map(rig_name_of_run), sort=True
@@ -75,7 +75,7 @@ def spin_warnings(
             yield str(worst_run["run_id"]), sentence
 
 
-def _is_sliding(points: pd.DataFrame) -> "pd.Series[bool]":
+def _has_slip_and_traction(points: pd.DataFrame) -> "pd.Series[bool]":
     """Mask of the points that are accepted, and have slip and traction."""
     is_sliding = points["accepted"] & (points["slide_roll_ratio"] >= _LEAST_SLIDING_SLIP)
     return is_sliding & (points["traction_coefficient"] > 0)
@@ -88,15 +88,13 @@ class _SpinOfRun(NamedTuple):
         run_id: The run.
         lowest_slip: Lowest slide-roll ratio of its points.
         slip_at_edge: Slide-roll ratio that spin makes at the edge of the contact.
-        correction: What mu lacks at the lowest slip, relative. NaN where the formula does not hold,
-            and where few levels of slip are near the lowest one.
-        lacking_share: The same; where it is not known, what mu would lack if it were flat.
+        lacking_share: What mu lacks at the lowest slip, relative. Where the formula does not hold,
+            or few levels of slip are near the lowest one, what mu would lack if it were flat.
     """
 
     run_id: str
     lowest_slip: float
     slip_at_edge: float
-    correction: float
     lacking_share: float
 
 
@@ -114,7 +112,6 @@ def _spin_of_run(points: pd.DataFrame, contact: Contact, disc_track_radius_m: fl
         run_id=str(curve["run_id"].iloc[0]),
         lowest_slip=slip[0],
         slip_at_edge=slip_at_edge,
-        correction=correction,
         lacking_share=lacking_share_if_mu_is_flat if np.isnan(correction) else correction,
     )
 

@@ -43,7 +43,7 @@ gate = RUN_GATES.gate
 # Two columns have the same signal if their mean difference is at most this share of the mean step
 # between its readings.
 _SAME_SIGNAL_SHARE = 0.1
-# Number of distinct values of a sensor from which the step between them is stated.
+# Fewest distinct values of a sensor whose smallest step is stated in the refusal.
 _FEWEST_VALUES = 3
 # Number of changed readings before, and after, a hold in which a channel must show noise.
 _READINGS_BESIDE_HOLD = 20
@@ -77,11 +77,11 @@ def _sentence(run_gate: Gate[RunJudge], run: MeasuredRun, fields: dict[str, Any]
 def time_disorder(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The time stamp does not increase."""
     time_s = run.signals.time_s
-    index_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
-    if len(index_not_increasing):
-        first_index = index_not_increasing[0]
+    indices_not_increasing = np.flatnonzero(np.diff(time_s) <= 0)
+    if len(indices_not_increasing):
+        first_index = indices_not_increasing[0]
         yield {
-            "rows": len(index_not_increasing),
+            "rows": len(indices_not_increasing),
             "time_before": time_s[first_index],
             "time_after": time_s[first_index + 1],
             **run.signals.row_range(first_index, first_index + 1),
@@ -94,14 +94,14 @@ def missing_readings(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     row_numbers = run.signals.row_numbers
     row_steps = np.diff(row_numbers)
     # a log that writes a slow channel in every twentieth row only has steps of 20 rows
-    longest_step = rig_kind.gate_limits.clock_jump_intervals * median(row_steps)
+    allowed_row_step = rig_kind.gate_limits.clock_jump_intervals * median(row_steps)
     # a single row has no steps: the limit is NaN, and the comparison is false
-    if row_steps.max(initial=0) > longest_step:
+    if row_steps.max(initial=0) > allowed_row_step:
         hole_index = int(np.argmax(row_steps))
         yield {
             "first": row_numbers[hole_index] + 1,
             "last": row_numbers[hole_index + 1] - 1,
-            "allowed": longest_step - 1,
+            "allowed": allowed_row_step - 1,
         }
 
 
@@ -232,10 +232,10 @@ def _small_traction(run: MeasuredRun, rig_kind: TractionRig, smallest_mu: float)
     """A median traction coefficient below a limit, with the units that would explain it."""
     median_mu = _median_traction_coefficient(run, rig_kind)
 
-    def is_usual(unit_n: float) -> bool:
+    def is_usual(unit_size_n: float) -> bool:
         return (
             rig_kind.gate_limits.sliding_traction_usual
-            <= median_mu * unit_n
+            <= median_mu * unit_size_n
             <= rig_kind.gate_limits.traction_max
         )
 
@@ -259,11 +259,13 @@ def impossible_traction(run: MeasuredRun, rig_kind: TractionRig) -> FindingField
 @gate
 def swapped_sign(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The traction force acts against the slip."""
-    along_slip_n = run.plateaus["traction_force_n"] * np.sign(run.plateaus["slide_roll_ratio"])
-    along_slip_n = along_slip_n[_is_sliding(run, rig_kind)]
-    median_n = median(along_slip_n)
-    if median_n < 0 and (along_slip_n < 0).mean() >= rig_kind.gate_limits.sign_share:
-        yield {"median": median_n}
+    force_along_slip_n = run.plateaus["traction_force_n"] * np.sign(
+        run.plateaus["slide_roll_ratio"]
+    )
+    force_along_slip_n = force_along_slip_n[_is_sliding(run, rig_kind)]
+    median_force_n = median(force_along_slip_n)
+    if median_force_n < 0 and (force_along_slip_n < 0).mean() >= rig_kind.gate_limits.sign_share:
+        yield {"median": median_force_n}
 
 
 @gate
@@ -272,8 +274,8 @@ def sign_changes(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     plateaus = run.plateaus
     slip = plateaus["slide_roll_ratio"]
     force_n = plateaus["traction_force_n"]
-    error_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
-    is_significant = np.abs(force_n) > rig_kind.gate_limits.significant_errors * error_n
+    force_se_n = np.nan_to_num(plateaus["traction_coefficient_se"]) * plateaus["load_n"]
+    is_significant = np.abs(force_n) > rig_kind.gate_limits.significant_errors * force_se_n
     is_judged = _is_sliding(run, rig_kind) & is_significant
     is_against = is_judged & (force_n * slip < 0)
     judged_count = is_judged.sum()
@@ -314,9 +316,9 @@ def _branches_in_direction(
     fewest_plateaus = rig_kind.gate_limits.branch_points
     slices_of_branches = [slice(None)]
     if len(slip) >= 2 * fewest_plateaus:
-        extreme_index = np.array([np.argmax(slip), np.argmin(slip)])
-        distance_from_end = np.minimum(extreme_index, len(slip) - 1 - extreme_index)
-        reversal_index = int(extreme_index[np.argmax(distance_from_end)])
+        extreme_indices = np.array([np.argmax(slip), np.argmin(slip)])
+        distance_from_end = np.minimum(extreme_indices, len(slip) - 1 - extreme_indices)
+        reversal_index = int(extreme_indices[np.argmax(distance_from_end)])
         if distance_from_end.max() >= fewest_plateaus:
             slices_of_branches = [slice(reversal_index + 1), slice(reversal_index, None)]
             if slip[reversal_index] == slip.min():
@@ -335,20 +337,22 @@ def saturated(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     for channel in (run.rig_kind.sensor, run.rig_kind.channels[0]):
         values = run.running_signals[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
-            index_at_extreme = np.flatnonzero(values == extreme)
-            share = len(index_at_extreme) / max(len(values), 1)
+            indices_at_extreme = np.flatnonzero(values == extreme)
+            share = len(indices_at_extreme) / max(len(values), 1)
             # a signal that keeps this value to its end is stuck
             is_at_extreme = run.signals[channel.column] == extreme
             rows_from_first_to_end = len(is_at_extreme) - np.argmax(is_at_extreme)
             is_stuck = np.count_nonzero(is_at_extreme) == rows_from_first_to_end
             if (
-                len(index_at_extreme) >= rig_kind.stuck_settings.samples
+                len(indices_at_extreme) >= rig_kind.stuck_settings.samples
                 and share > rig_kind.gate_limits.saturated_share
                 and not is_stuck
                 and _is_piled_up(values, extreme, rig_kind.gate_limits.piled_up_factor)
-                and is_noise(without_repeats(np.delete(values, index_at_extreme)))
+                and is_noise(without_repeats(np.delete(values, indices_at_extreme)))
             ):
-                row_range = run.running_signals.row_range(index_at_extreme[0], index_at_extreme[-1])
+                row_range = run.running_signals.row_range(
+                    indices_at_extreme[0], indices_at_extreme[-1]
+                )
                 yield {"channel": channel, "extreme": extreme, "share": share, **row_range}
 
 
@@ -403,7 +407,7 @@ def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """The plateaus have two loads or two speeds, each in several of them."""
     limits = rig_kind.settings.same_condition
     speed = Channel("entrainment_speed_m_s", "speed", "m/s")
-    for channel, range_of_level in (
+    for channel, largest_relative_range in (
         (rig_kind.channels[0], limits.load),
         (speed, limits.entrainment_speed),
     ):
@@ -413,12 +417,12 @@ def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
         is_held &= np.isfinite(values)
         values = values[is_held]
         limit = _limit_between_levels(
-            values, range_of_level, rig_kind.gate_limits.faulty_plateaus_min
+            values, largest_relative_range, rig_kind.gate_limits.faulty_plateaus_min
         )
         if np.isnan(limit):
             continue
         is_high = values > limit
-        change_index = np.flatnonzero(is_high[1:] != is_high[:-1])
+        change_indices = np.flatnonzero(is_high[1:] != is_high[:-1])
         yield {
             "name": channel.name,
             "unit": channel.unit,
@@ -426,32 +430,36 @@ def two_conditions(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
             "high": median(values[is_high]),
             "count_low": np.count_nonzero(~is_high),
             "count_high": np.count_nonzero(is_high),
-            "first": run.plateaus["first_row"][is_held][change_index[0] + 1],
+            "first": run.plateaus["first_row"][is_held][change_indices[0] + 1],
             "last": run.plateaus["last_row"][-1],
         }
 
 
-def _limit_between_levels(values: FloatArray, range_of_level: float, fewest_plateaus: int) -> float:
+def _limit_between_levels(
+    values: FloatArray, largest_relative_range: float, fewest_plateaus: int
+) -> float:
     """A value that separates two levels; NaN where there are not two.
 
     Args:
         values: Means of plateaus, finite.
-        range_of_level: Largest range of one level, relative to its median.
+        largest_relative_range: Largest range of one level, relative to its median.
         fewest_plateaus: Plateaus that a level has at least.
     """
-    ranked = np.sort(values)
-    if len(ranked) < 2 * fewest_plateaus:
+    sorted_values = np.sort(values)
+    if len(sorted_values) < 2 * fewest_plateaus:
         return np.nan
-    gaps = np.diff(ranked)
+    gaps = np.diff(sorted_values)
     split_index = (
         fewest_plateaus
         - 1
         + int(np.argmax(gaps[fewest_plateaus - 1 : len(gaps) - fewest_plateaus + 1]))
     )
-    levels = ranked[: split_index + 1], ranked[split_index + 1 :]
-    is_narrow = [np.ptp(level) <= range_of_level * abs(median(level)) for level in levels]
-    if all(is_narrow) and gaps[split_index] > range_of_level * abs(ranked[split_index]):
-        return float(ranked[split_index] + gaps[split_index] / 2)
+    levels = sorted_values[: split_index + 1], sorted_values[split_index + 1 :]
+    is_narrow = [np.ptp(level) <= largest_relative_range * abs(median(level)) for level in levels]
+    if all(is_narrow) and gaps[split_index] > largest_relative_range * abs(
+        sorted_values[split_index]
+    ):
+        return float(sorted_values[split_index] + gaps[split_index] / 2)
     return np.nan
 
 
@@ -493,7 +501,7 @@ def directions_differ(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     if run.refusal is not None and run.refusal.rule == "zero_left":
         # which names the cause
         return
-    differences, _ = mu_differences_of_directions(run.plateaus)
+    differences = mu_differences_of_directions(run.plateaus)
     median_difference = median(differences)
     if len(differences) >= rig_kind.gate_limits.branch_points and (
         abs(median_difference) > rig_kind.gate_limits.branch_difference_max
@@ -639,13 +647,13 @@ def uneven_clock(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     # a logger's hardware keeps its interval, the timer of a program does not
     scatter_s = rig_kind.gate_limits.clock_scatter_max * interval_s
     limit_s = max(rig_kind.gate_limits.clock_odd_factor * usual_deviation_s, scatter_s)
-    odd_index = np.flatnonzero(deviation_s > limit_s)
-    if usual_deviation_s <= scatter_s and len(odd_index):
-        first_odd = odd_index[0]
+    odd_indices = np.flatnonzero(deviation_s > limit_s)
+    if usual_deviation_s <= scatter_s and len(odd_indices):
+        first_odd_index = odd_indices[0]
         yield {
             "interval": interval_s,
-            "steps": len(odd_index),
-            "gap": gaps_s[first_odd],
-            "before": row_numbers[first_odd],
-            "after": row_numbers[first_odd + 1],
+            "steps": len(odd_indices),
+            "gap": gaps_s[first_odd_index],
+            "before": row_numbers[first_odd_index],
+            "after": row_numbers[first_odd_index + 1],
         }

@@ -21,6 +21,7 @@ from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 # different values.
 _READINGS_COMPARED = 10
 _FEWEST_DISTINCT_VALUES = 6
+# So many windows of readings are sorted at once, to limit the memory.
 _WINDOWS_AT_ONCE = 10_000
 # Share of readings at which a signal turns back: two of three for noise, one of two where it is
 # filtered, none for a ramp.
@@ -41,6 +42,7 @@ _THRESHOLD_FACTORS_OF_FEW = np.array([1, 1, 1, 26, 8, 3.2, 1.9, 1.7, 1.3, 1.3])
 
 # Noise is seldom correlated over more samples than this; a drift or a hum is.
 _LAGS_SUMMED_DIRECTLY = 8
+# A longer stretch is transformed (FFT) in blocks of so many samples, to limit the memory.
 _MOST_SAMPLES_TRANSFORMED = 1 << 19
 
 
@@ -71,8 +73,8 @@ class Stretches:
         if len(self.starts) == 0:
             return np.empty(0)
         # slice by slice, which is faster than one array of indices
-        limits = zip(self.starts.tolist(), self.stops.tolist(), strict=True)
-        return np.concatenate([signal[start:stop] for start, stop in limits])
+        bounds = zip(self.starts.tolist(), self.stops.tolist(), strict=True)
+        return np.concatenate([signal[start:stop] for start, stop in bounds])
 
     def all_samples(self) -> BoolArray:
         """The mask in which all samples of all stretches are used, shape (samples,)."""
@@ -95,10 +97,10 @@ class Stretches:
 
     def is_in_first_part(self, is_used: BoolArray, share: float) -> BoolArray:
         """The mask of the first `share` of the used samples of each stretch, shape (samples,)."""
-        number_in_cut = np.cumsum(is_used)
+        used_so_far = np.cumsum(is_used)
         counts = self.counts(is_used)
-        count_before = np.cumsum(counts) - counts
-        return is_used & (number_in_cut <= self.per_sample(count_before + counts * share))
+        used_before_stretch = np.cumsum(counts) - counts
+        return is_used & (used_so_far <= self.per_sample(used_before_stretch + counts * share))
 
     def means(self, values: FloatArray, is_used: BoolArray) -> FloatArray:
         """Mean of each stretch, shape (stretches,); NaN where none of its samples is used.
@@ -131,10 +133,10 @@ class Stretches:
         counts = self.counts(is_used)
         residual = values - self.per_sample(mean)
         residual[~is_used] = 0.0
-        squares = self.sums(residual**2)
-        lagged = _sum_of_lags(residual, self.lengths)
+        sum_of_squares = self.sums(residual**2)
+        autocovariance_sum = _autocovariance_sums(residual, self.lengths)
         with np.errstate(divide="ignore", invalid="ignore"):
-            variance = (squares + 2 * lagged) / (counts - 1)
+            variance = (sum_of_squares + 2 * autocovariance_sum) / (counts - 1)
             return np.where(counts > 1, np.sqrt(variance / counts), np.nan)
 
     def spikes(self, values: FloatArray, threshold: float) -> BoolArray:
@@ -157,14 +159,16 @@ class Stretches:
 
     def medians(self, values: FloatArray) -> FloatArray:
         """Median of each stretch, shape (stretches,); NaN where it has a NaN."""
-        ranked = values.copy()
+        sorted_values = values.copy()
         for start, length in zip(self.cut_starts.tolist(), self.lengths.tolist(), strict=True):
-            ranked[start : start + length].sort()
+            sorted_values[start : start + length].sort()
         last = self.lengths - 1
-        lower = ranked[self.cut_starts + last // 2]
-        upper = ranked[self.cut_starts + (last + 1) // 2]
-        # a NaN is the last in order
-        return np.where(np.isnan(ranked[self.cut_starts + last]), np.nan, (lower + upper) / 2)
+        lower = sorted_values[self.cut_starts + last // 2]
+        upper = sorted_values[self.cut_starts + (last + 1) // 2]
+        # NaN is sorted to the end
+        return np.where(
+            np.isnan(sorted_values[self.cut_starts + last]), np.nan, (lower + upper) / 2
+        )
 
 
 def mean_with_error(values: FloatArray) -> tuple[float, float]:
@@ -175,11 +179,12 @@ def mean_with_error(values: FloatArray) -> tuple[float, float]:
     return float(mean[0]), float(stretch.standard_errors(values, is_used, mean)[0])
 
 
-def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
-    """Sum of the autocovariances of each stretch over the lags up to the first not positive.
+def _autocovariance_sums(residual: FloatArray, lengths: IndexArray) -> FloatArray:
+    """Sum of the autocovariances of each stretch, up to the first that is not positive.
 
-    Most sums end within a few lags and are computed directly. The others are computed by a Fourier
-    transform, one stretch at a time.
+    Here an autocovariance is the sum of the products of samples a lag apart, from a lag of 1 on; it
+    is not divided by their number. Most sums end within a few lags and are computed directly. The
+    others are computed by a Fourier transform, one stretch at a time.
 
     Args:
         residual: Samples less the mean of their stretch, one stretch after the other.
@@ -195,20 +200,20 @@ def _sum_of_lags(residual: FloatArray, lengths: IndexArray) -> FloatArray:
         lengths = lengths[is_longer]
         if len(pending_indices) == 0:
             return total
-        lagged_sums = _lagged_sums(residual, lengths, lag)
-        is_positive = lagged_sums > 0
+        autocovariances = _autocovariances_at_lag(residual, lengths, lag)
+        is_positive = autocovariances > 0
         residual = residual[np.repeat(is_positive, lengths)]
         pending_indices = pending_indices[is_positive]
         lengths = lengths[is_positive]
-        total[pending_indices] += lagged_sums[is_positive]
+        total[pending_indices] += autocovariances[is_positive]
     stops = np.cumsum(lengths)
     for stretch_index, start, stop in zip(pending_indices, stops - lengths, stops, strict=True):
-        total[stretch_index] = _sum_before_first_not_positive(residual[start:stop])
+        total[stretch_index] = _autocovariance_sum_by_fourier(residual[start:stop])
     return total
 
 
-def _lagged_sums(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArray:
-    """Sum of the products of samples a lag apart, within each stretch longer than the lag."""
+def _autocovariances_at_lag(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatArray:
+    """Autocovariance at one lag of each stretch, all of which are longer than the lag."""
     products = np.zeros(len(residual))
     np.multiply(residual[:-lag], residual[lag:], out=products[:-lag])
     stops = np.cumsum(lengths)
@@ -218,22 +223,22 @@ def _lagged_sums(residual: FloatArray, lengths: IndexArray, lag: int) -> FloatAr
     return np.add.reduceat(products, stops - lengths)
 
 
-def _sum_before_first_not_positive(residual: FloatArray) -> float:
-    """Sum of the autocovariances of one stretch up to the first that is not positive."""
+def _autocovariance_sum_by_fourier(residual: FloatArray) -> float:
+    """The sum of `_autocovariance_sums` for one stretch, by Fourier transforms."""
     total = 0.0
-    for covariances in _autocovariances(residual):
-        is_not_positive = covariances <= 0
+    for autocovariances in _autocovariance_blocks(residual):
+        is_not_positive = autocovariances <= 0
         if is_not_positive.any():
-            return total + float(covariances[: np.argmax(is_not_positive)].sum())
-        total += float(covariances.sum())
+            return total + float(autocovariances[: np.argmax(is_not_positive)].sum())
+        total += float(autocovariances.sum())
     return total
 
 
-def _autocovariances(residual: FloatArray) -> Iterator[FloatArray]:
-    """Sums of the products of samples a lag apart, for the lags from 1 on, some lags at a time.
+def _autocovariance_blocks(residual: FloatArray) -> Iterator[FloatArray]:
+    """Autocovariances of one stretch from a lag of 1 on, a block of lags at a time.
 
-    By Fourier transforms. A long stretch is transformed in blocks: one transform of all its samples
-    takes ten times their memory.
+    A long stretch is transformed in blocks: one transform of all its samples takes ten times their
+    memory.
     """
     length = len(residual)
     block_length = min(length, _MOST_SAMPLES_TRANSFORMED)
@@ -243,14 +248,16 @@ def _autocovariances(residual: FloatArray) -> Iterator[FloatArray]:
         for start in range(0, length - first_lag, block_length):
             earlier = residual[start : start + block_length]
             later = residual[start + first_lag :][: 2 * block_length]
-            spectrum = scipy.fft.rfft(earlier, padded_length)
+            earlier_spectrum = scipy.fft.rfft(earlier, padded_length)
             is_one_block = first_lag == 0 and block_length == length
-            other_spectrum = spectrum if is_one_block else scipy.fft.rfft(later, padded_length)
-            cross_spectrum += spectrum.conj() * other_spectrum
-        covariances = scipy.fft.irfft(cross_spectrum, padded_length)[
+            later_spectrum = (
+                earlier_spectrum if is_one_block else scipy.fft.rfft(later, padded_length)
+            )
+            cross_spectrum += earlier_spectrum.conj() * later_spectrum
+        autocovariances = scipy.fft.irfft(cross_spectrum, padded_length)[
             : min(block_length, length - first_lag)
         ]
-        yield covariances[1:] if first_lag == 0 else covariances
+        yield autocovariances[1:] if first_lag == 0 else autocovariances
 
 
 def longest_hold(values: FloatArray) -> tuple[int, int]:
@@ -310,8 +317,8 @@ def is_noise(readings: FloatArray) -> bool:
     # in blocks: ten sorted readings for each one of a long log are too large
     for start in range(0, len(windows), _WINDOWS_AT_ONCE):
         block = slice(start, start + _WINDOWS_AT_ONCE)
-        ranked = np.sort(windows[block], axis=1)
-        distinct_counts[block] = (np.diff(ranked, axis=1) > rounding).sum(axis=1) + 1
+        sorted_values = np.sort(windows[block], axis=1)
+        distinct_counts[block] = (np.diff(sorted_values, axis=1) > rounding).sum(axis=1) + 1
     change = np.diff(readings)
     share_of_turns = np.mean(change[1:] * change[:-1] < 0)
     return bool(
@@ -330,7 +337,9 @@ def median(values: FloatArray | IndexArray) -> float:
         >>> median(np.array([3.0, 1.0, 2.0, 10.0]))
         2.5
     """
-    ranked = np.sort(values)
-    if len(ranked) == 0 or np.isnan(ranked[-1]):
+    sorted_values = np.sort(values)
+    if len(sorted_values) == 0 or np.isnan(sorted_values[-1]):
         return np.nan
-    return float((ranked[(len(ranked) - 1) // 2] + ranked[len(ranked) // 2]) / 2)
+    return float(
+        (sorted_values[(len(sorted_values) - 1) // 2] + sorted_values[len(sorted_values) // 2]) / 2
+    )

@@ -86,9 +86,9 @@ class TorqueRig(RigKind):
         if not is_turning.any():
             no_levels = np.array([], dtype=np.int64)
             return Division(signals, no_levels, no_levels, phase_signals=signals, phases={})
-        turning_index = np.flatnonzero(is_turning)
-        start = int(turning_index[0])
-        stop = int(turning_index[-1]) + 1
+        turning_indices = np.flatnonzero(is_turning)
+        start = int(turning_indices[0])
+        stop = int(turning_indices[-1]) + 1
         starts, stops, short_level_refusals = _levels(
             signals, start, stop, self.plateau_settings, self.zero_settings.max_speed_rpm
         )
@@ -136,7 +136,7 @@ def _levels(
     signals: Signals,
     turning_start: int,
     turning_stop: int,
-    settings: TorquePlateauSettings,
+    plateau_settings: TorquePlateauSettings,
     standstill_rpm: float,
 ) -> tuple[IndexArray, IndexArray, list[Refusal]]:
     """Starts and stops of settled levels of speed, and the levels that were held too briefly.
@@ -147,20 +147,20 @@ def _levels(
         signals: The run.
         turning_start: Index of the first sample at which the bearing turns.
         turning_stop: Index after the last such sample.
-        settings: `plateaus` of config's torque_logs.
+        plateau_settings: `plateaus` of config's torque_logs.
         standstill_rpm: Largest speed of a bearing that stands still.
     """
     speed_rpm = signals["inner_speed_rpm"][turning_start:turning_stop]
     interval_s = signals.interval_s
-    steps = find_steps(speed_rpm, interval_s, settings.min_step_rpm, settings)
-    starts, stops = settled_parts(len(speed_rpm), steps, interval_s, settings)
+    steps = find_steps(speed_rpm, interval_s, plateau_settings.min_step_rpm, plateau_settings)
+    starts, stops = settled_parts(len(speed_rpm), steps, interval_s, plateau_settings)
     # the first level begins with the step out of rest, and the last one ends in a step
-    starts[0] += round(settings.settle_s / interval_s)
-    stops[-1] -= round(settings.guard_s / interval_s)
+    starts[0] += round(plateau_settings.settle_s / interval_s)
+    stops[-1] -= round(plateau_settings.guard_s / interval_s)
     for level_index, (start, stop) in enumerate(zip(starts, stops, strict=True)):
         if stop > start:
             # a slow ramp goes on beyond the rows that are cut off
-            is_near_median = _is_near_median(speed_rpm[start:stop], settings)
+            is_near_median = _is_near_median(speed_rpm[start:stop], plateau_settings)
             starts[level_index] += np.argmax(is_near_median)
             stops[level_index] -= np.argmax(is_near_median[::-1])
     # a single row gives no standard error
@@ -173,10 +173,10 @@ def _levels(
         if has_settled[level_index] or not is_turning[level_index]:
             continue
         # on a ramp hardly any row is near the median one
-        if _is_near_median(speed_rpm[start:stop], settings).mean() > 1 / 3:
+        if _is_near_median(speed_rpm[start:stop], plateau_settings).mean() > 1 / 3:
             short_level_refusals.append(
                 _refusal_of_short_level(
-                    signals, turning_start + start, turning_start + stop, settings
+                    signals, turning_start + start, turning_start + stop, plateau_settings
                 )
             )
     return (
@@ -187,19 +187,19 @@ def _levels(
 
 
 def _is_near_median(
-    speed_rpm: FloatArray, settings: TorquePlateauSettings
+    speed_rpm: FloatArray, plateau_settings: TorquePlateauSettings
 ) -> npt.NDArray[np.bool_]:
     """Mask of the samples at which a speed is within the smallest step of its median."""
-    return np.asarray(np.abs(speed_rpm - median(speed_rpm)) <= settings.min_step_rpm)
+    return np.asarray(np.abs(speed_rpm - median(speed_rpm)) <= plateau_settings.min_step_rpm)
 
 
 def _refusal_of_short_level(
-    signals: Signals, start: int, stop: int, settings: TorquePlateauSettings
+    signals: Signals, start: int, stop: int, plateau_settings: TorquePlateauSettings
 ) -> Refusal:
     """The refusal of a level that ended before it settled."""
     speed_rpm = median(signals["inner_speed_rpm"][start:stop])
     held_s = (stop - start) * signals.interval_s
-    least_s = settings.settle_s + settings.guard_s + settings.min_duration_s
+    least_s = plateau_settings.settle_s + plateau_settings.guard_s + plateau_settings.min_duration_s
     row_range = signals.row_range(start, stop - 1)
     return refusal_by(
         "too_short", "brief_level", speed=speed_rpm, held=held_s, least=least_s, **row_range

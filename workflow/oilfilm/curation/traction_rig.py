@@ -159,8 +159,11 @@ class TractionRig(RigKind):
 
     @staticmethod
     def make_signals(samples: ColumnArrays, rig_name: str, settings: Settings) -> Signals:
-        """Force and slip positive with the slower body slowed; S is NaN where nothing turns."""
-        # `semantics.sliding_sign` is for the whole rig; column DIRECTION has one sign per plateau
+        """Signals with force and slip positive where `semantics: slower_body` is the slower body.
+
+        The slide-roll ratio is NaN where nothing turns.
+        """
+        # `semantics.sliding_sign` is for the whole rig; DIRECTION_COLUMN has one sign per plateau
         semantics = settings.campaign.semantics_for(rig_name)
         ball_m_s = samples["ball_speed_m_s"]
         disc_m_s = samples["disc_speed_m_s"]
@@ -179,33 +182,33 @@ class TractionRig(RigKind):
 
     def divide_run(self, signals: Signals, rig_name: str) -> Division:
         """Levels of slip; the first and the last of them are pure rolling."""
-        curation = self.settings.curation
+        curation_settings = self.settings.curation
         # where nothing turns S has no value
         is_turning = np.isfinite(signals["slide_roll_ratio"]) & is_turning_steadily(
-            signals, curation
+            signals, curation_settings
         )
         usable_signals = signals.select(is_turning)
         interval_s = usable_signals.interval_s
-        step_index = find_steps(
+        step_indices = find_steps(
             usable_signals["slide_roll_ratio"],
             interval_s,
             self.plateau_settings.min_step,
             self.plateau_settings,
         )
         starts, stops = settled_parts(
-            len(usable_signals), step_index, interval_s, self.plateau_settings
+            len(usable_signals), step_indices, interval_s, self.plateau_settings
         )
         zero_source_name = self.settings.campaign.semantics_for(rig_name).zero
         if zero_source_name == "standstill":
-            phases = phases_at_standstill(signals, curation)
+            phases = phases_at_standstill(signals, curation_settings)
             return Division(usable_signals, starts, stops, phase_signals=signals, phases=phases)
         rolling_phases = {"opening": slice(0, 0), "closing": slice(0, 0)}
-        if len(step_index):
+        if len(step_indices):
             # the beginning of the opening phase gives the zero; what follows is a plateau without
             # slip
             zero_row_count = round(self.zero_settings.duration_s / interval_s)
             # a slow log takes more time: the mean of fewer readings has no standard error. No rig
-            # rolls for so long that a wrong unit of time would look like a slow log
+            # rolls for longer than this: the log is not slow then, but its unit of time is wrong
             if exceeds(LONGEST_HOLD_S, stops[0] * interval_s):
                 zero_row_count = max(zero_row_count, self.gate_limits.readings_min)
             rolling_phases["opening"] = slice(0, min(zero_row_count, int(stops[0])))
@@ -278,14 +281,14 @@ class TractionRig(RigKind):
                 signals, self.plateau_settings.window_s, self.zero_settings
             )
             significant_errors = self.gate_limits.significant_errors
-            curation = self.settings.curation
+            curation_settings = self.settings.curation
             refusal = force_in_rolling_refusal(
-                signals, rolling_phases, curation, significant_errors
+                signals, rolling_phases, curation_settings, significant_errors
             )
             return replace(
                 measured_run,
                 refusal=refusal
-                or remaining_force_refusal(measured_run, curation, significant_errors),
+                or remaining_force_refusal(measured_run, curation_settings, significant_errors),
             )
         return measured_run
 
@@ -309,27 +312,27 @@ class TractionRig(RigKind):
 
     def _force_lag_range_s(self, rig_name: str) -> Sequence[float]:
         """Smallest and largest lag of the force: as the rig's file states it, else the usual."""
-        rig_file = self.settings.rigs.get(rig_name)
-        if rig_file is not None and rig_file.force_lag_s_range is not None:
-            return rig_file.force_lag_s_range
+        rig = self.settings.rigs.get(rig_name)
+        if rig is not None and rig.force_lag_s_range is not None:
+            return rig.force_lag_s_range
         return self.settings.curation.ramps.force_lag_s_range
 
     def _is_held(self, run: MeasuredRun) -> BoolArray:
         """Mask of the plateaus whose slip does not change, shape (plateaus,)."""
-        changes = np.abs(run.plateaus["slip_change"]) > self.gate_limits.slip_change_max
+        is_changing = np.abs(run.plateaus["slip_change"]) > self.gate_limits.slip_change_max
         has_transient = np.abs(run.plateaus["slip_transient"]) > self.gate_limits.slip_transient_max
-        return np.asarray(~(changes | has_transient))
+        return np.asarray(~(is_changing | has_transient))
 
     def _ramp_refusal(self, points_on_ramp: RampPoints) -> Refusal | None:
         """The refusal of a ramp: its zero moves, its lag is too long, or its mu is not certain."""
         lag = points_on_ramp.lag
         shortest_s, longest_s = lag.tried_range_s
-        # a number of standard errors
-        error_s = self.gate_limits.significant_errors * lag.lag_se_s
-        # too long: it may lie beyond the end of the range. Too short: it surely does
-        is_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_LAG_RANGE * longest_s
-        is_shorter = lag.lag_s + error_s < shortest_s
-        if lag.is_seen and (is_longer or is_shorter):
+        # a lag that is below the range by less than this may be there by chance
+        margin_s = self.gate_limits.significant_errors * lag.lag_se_s
+        # a lag above the range is not found: one near its end may be longer
+        may_be_longer = lag.lag_s + lag.lag_se_s > LARGEST_SHARE_OF_LAG_RANGE * longest_s
+        is_shorter = lag.lag_s + margin_s < shortest_s
+        if lag.is_seen and (may_be_longer or is_shorter):
             limits = dict(least=shortest_s, most=longest_s)
             return refusal_by("slip_ramps", "lag_out_of_range", lag=lag.lag_s, **limits)
         if abs(points_on_ramp.drift_n) > self.zero_settings.max_drift_n:
@@ -363,15 +366,14 @@ class TractionRig(RigKind):
             return remaining_force_refusal(
                 run, self.settings.curation, self.gate_limits.significant_errors
             )
-        largest_share, significant_errors = (
+        return run.refusal or phase_of_curve_refusal(
+            division,
+            run.plateaus,
             self.zero_settings.max_traction_share,
             self.gate_limits.significant_errors,
         )
-        return run.refusal or phase_of_curve_refusal(
-            division, run.plateaus, largest_share, significant_errors
-        )
 
-    def settled_refusal(self, run: MeasuredRun) -> Refusal | None:
+    def settled_readings_refusal(self, run: MeasuredRun) -> Refusal | None:
         """The refusal of rows that are no settled readings, or whose zero was not removed."""
         return raw_signal_refusal(run.signals, self.plateau_settings) or zero_of_readings_refusal(
             run, self.zero_settings
@@ -382,14 +384,14 @@ class TractionRig(RigKind):
     ) -> ColumnArrays:
         """Traction force above the zero, mu = F/W and its standard error."""
         slip = averages["slide_roll_ratio"]
-        # of each plateau, beside the sign of the rig in `signals`
+        # the sign of each plateau; `make_signals` has applied the sign of the rig
         direction = np.ones(len(slip))
-        # lower than any point may be: not pure rolling with an error of slip
-        is_backwards = slip < self.gate_limits.slide_roll_ratio_min
-        # traction is odd in slip: the other direction gives points of the same curve. A few may be
-        # mishaps
-        if is_backwards.sum() >= self.gate_limits.faulty_plateaus_min:
-            direction[is_backwards] = -1.0
+        # beyond pure rolling with an error of slip
+        has_negative_slip = slip < self.gate_limits.slide_roll_ratio_min
+        # mu changes its sign with the slip, so that both directions give points of one curve. A few
+        # negative slips may be mishaps
+        if has_negative_slip.sum() >= self.gate_limits.faulty_plateaus_min:
+            direction[has_negative_slip] = -1.0
         force_n = direction * (averages["traction_force_n"] - zero_of_plateau)
         load_n = np.where(averages["load_n"] > LEAST_LOAD_N, averages["load_n"], np.nan)
         mu = force_n / load_n
@@ -428,13 +430,16 @@ class TractionRig(RigKind):
 
     def hypotheses(self, rig_name: str) -> Iterator[Hypothesis]:
         """See `RigKind.hypotheses`."""
-        direction = self.settings.campaign.semantics_for(rig_name).sliding_sign
-        yield from traction_hypotheses(self.settings.rigs[rig_name], direction)
+        sliding_sign = self.settings.campaign.semantics_for(rig_name).sliding_sign
+        yield from traction_hypotheses(self.settings.rigs[rig_name], sliding_sign)
         yield from setting_hypotheses("curation", self.plateau_settings, "min_step")
 
 
 def _columns_at_slips(averages: ColumnArrays, points_on_ramp: RampPoints) -> ColumnArrays:
-    """The columns of plateaus for points on a ramp: no slip is held, so nothing is to be steady."""
+    """The columns of plateaus that are others on a ramp, where no slip is held.
+
+    How steady the slip is has no meaning, so these columns are NaN.
+    """
     unknown = unknown_values(len(points_on_ramp.slip))
     return {
         "duration_s": unknown,
@@ -459,14 +464,14 @@ def _asymmetry(averages: ColumnArrays) -> FloatArray:
     """
     asymmetry = unknown_values(len(averages["time_s"]))
     if "traction_force_1_n" in averages:
-        force_disc_faster = averages["traction_force_1_n"]
-        force_ball_faster = averages["traction_force_2_n"]
-        sum_of_sizes = np.abs(force_disc_faster) + np.abs(force_ball_faster)
+        force_disc_faster_n = averages["traction_force_1_n"]
+        force_ball_faster_n = averages["traction_force_2_n"]
+        sum_of_sizes_n = np.abs(force_disc_faster_n) + np.abs(force_ball_faster_n)
         np.divide(
-            np.abs(force_disc_faster + force_ball_faster),
-            sum_of_sizes,
+            np.abs(force_disc_faster_n + force_ball_faster_n),
+            sum_of_sizes_n,
             out=asymmetry,
-            where=sum_of_sizes > 0,
+            where=sum_of_sizes_n > 0,
         )
     return asymmetry
 
@@ -549,7 +554,7 @@ def with_film(points: pd.DataFrame, settings: Settings) -> pd.DataFrame:
 
 
 def contact_state(
-    points: pd.DataFrame, contact: Contact, oil: Oil | None, settings: FilmSettings
+    points: pd.DataFrame, contact: Contact, oil: Oil | None, film_settings: FilmSettings
 ) -> pd.DataFrame:
     """Maximum Hertz pressure and, where the oil is known, film thickness and lambda.
 
@@ -557,7 +562,7 @@ def contact_state(
         points: Columns load_n, entrainment_speed_m_s, inlet_temperature_c and slide_roll_ratio.
         contact: The contact of the rig.
         oil: The oil; None where its properties are not known.
-        settings: `film` of the configuration.
+        film_settings: `film` of the configuration.
     """
     load_n = points["load_n"].where(points["load_n"] > LEAST_LOAD_N).to_numpy()
     pressure_pa = max_hertz_pressure(load_n, contact.radius_m, contact.reduced_modulus_pa)
@@ -567,7 +572,7 @@ def contact_state(
     thickness_m, lambda_ratio = contact_film(
         oil,
         contact,
-        settings.thickness,
+        film_settings.thickness,
         load_n=load_n,
         entrainment_speed_m_s=points["entrainment_speed_m_s"].to_numpy(),
         inlet_temperature_c=points["inlet_temperature_c"].to_numpy(),

@@ -182,22 +182,24 @@ def moved_zero_refusal(
     return refusal_by("zero_drift", **fields)
 
 
-def _is_still(signals: Signals, settings: CurationSettings) -> BoolArray:
+def _is_still(signals: Signals, curation_settings: CurationSettings) -> BoolArray:
     """Mask of the samples at which both surfaces are slower than a share of the run's speed."""
     faster_m_s = np.maximum(np.abs(signals["ball_speed_m_s"]), np.abs(signals["disc_speed_m_s"]))
     finite_speeds_m_s = faster_m_s[np.isfinite(faster_m_s)]
     speed_of_run_m_s = (
         np.quantile(finite_speeds_m_s, _FASTEST_QUANTILE) if len(finite_speeds_m_s) else 0.0
     )
-    return np.asarray(faster_m_s <= settings.zero_reference.standstill_share * speed_of_run_m_s)
+    return np.asarray(
+        faster_m_s <= curation_settings.zero_reference.standstill_share * speed_of_run_m_s
+    )
 
 
-def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[str, slice]:
+def phases_at_standstill(signals: Signals, curation_settings: CurationSettings) -> dict[str, slice]:
     """The settled samples at standstill before a run, and those after it if they are enough."""
-    guard_rows = round(settings.plateaus.guard_s / signals.interval_s)
-    settle_rows = round(settings.plateaus.settle_s / signals.interval_s)
+    guard_rows = round(curation_settings.plateaus.guard_s / signals.interval_s)
+    settle_rows = round(curation_settings.plateaus.settle_s / signals.interval_s)
     sample_count = len(signals)
-    turning_indices = np.flatnonzero(~_is_still(signals, settings))
+    turning_indices = np.flatnonzero(~_is_still(signals, curation_settings))
     if len(turning_indices) == 0:
         # nothing turns, so that nothing is before or after the run: both phases become empty
         first_turning_index, last_turning_index = 0, sample_count - 1
@@ -205,53 +207,54 @@ def phases_at_standstill(signals: Signals, settings: CurationSettings) -> dict[s
         first_turning_index, last_turning_index = int(turning_indices[0]), int(turning_indices[-1])
     phases = {"opening": slice(0, max(first_turning_index - guard_rows, 0))}
     closing = slice(min(last_turning_index + 1 + settle_rows, sample_count), sample_count)
-    min_duration_s = settings.zero_reference.min_duration_s
+    min_duration_s = curation_settings.zero_reference.min_duration_s
     if short_phase_refusal(signals, closing, "closing phase of standstill", min_duration_s) is None:
         phases["closing"] = closing
     return phases
 
 
-def is_turning_steadily(signals: Signals, settings: CurationSettings) -> BoolArray:
-    """Mask of the samples at which a rig turns, without ramps out of and into standstill.
+def is_turning_steadily(signals: Signals, curation_settings: CurationSettings) -> BoolArray:
+    """Mask of the samples at which a rig turns, without run-up from and run-down to standstill.
 
-    A ramp ends where the speed equals the mean of the following window. `settle_s` is cut off after
-    a ramp and `guard_s` before the next one.
+    The run-up ends where the speed equals the mean of the following window; the run-down is judged
+    in the same way, backwards. `settle_s` is cut off after a run-up and `guard_s` before a
+    run-down.
     """
-    is_still = _is_still(signals, settings)
+    is_still = _is_still(signals, curation_settings)
     is_turning = ~is_still
     if not is_still.any():
         return is_turning
     interval_s = signals.interval_s
-    window_rows = max(round(settings.plateaus.window_s / interval_s), 2)
-    settle_rows = round(settings.plateaus.settle_s / interval_s)
-    guard_rows = round(settings.plateaus.guard_s / interval_s)
-    tolerance = settings.zero_reference.ramp_tolerance
+    window_rows = max(round(curation_settings.plateaus.window_s / interval_s), 2)
+    settle_rows = round(curation_settings.plateaus.settle_s / interval_s)
+    guard_rows = round(curation_settings.plateaus.guard_s / interval_s)
+    tolerance = curation_settings.zero_reference.ramp_tolerance
     speed = signals["entrainment_speed_m_s"]
     standstill_edges = np.flatnonzero(np.diff(np.concatenate([[0], is_still, [0]]).astype(int)))
     for start, stop in standstill_edges.reshape(-1, 2):
         # within a run a few readings of 0 are lost readings and no standstill
         if stop - start < window_rows and 0 < start and stop < len(is_still):
             continue
-        ramp_up_rows = _ramp_length(speed[stop:], window_rows, tolerance)
-        ramp_down_rows = _ramp_length(speed[:start][::-1], window_rows, tolerance)
+        run_up_rows = _run_up_length(speed[stop:], window_rows, tolerance)
+        run_down_rows = _run_up_length(speed[:start][::-1], window_rows, tolerance)
         is_turning[
-            max(start - ramp_down_rows - guard_rows, 0) : stop + ramp_up_rows + settle_rows
+            max(start - run_down_rows - guard_rows, 0) : stop + run_up_rows + settle_rows
         ] = False
     return is_turning
 
 
-def _ramp_length(speed: FloatArray, window_rows: int, tolerance: float) -> int:
+def _run_up_length(speed: FloatArray, window_rows: int, tolerance: float) -> int:
     """Number of samples before a speed equals the mean of the following window.
 
-    It is the number of all samples where this never happens. Every sample has a speed: a row that
-    lacks one is unreadable, and its samples are left out before.
+    It is the number of all samples where this never happens. Every sample has a speed: a row
+    without one is unreadable, and gives no sample.
     """
     if len(speed) < window_rows:
         return len(speed)
     running_sum = np.concatenate([[0.0], np.cumsum(speed)])
     mean_speed = (running_sum[window_rows:] - running_sum[:-window_rows]) / window_rows
     is_steady = np.abs(speed[: len(mean_speed)] - mean_speed) <= tolerance * np.abs(mean_speed)
-    # the zeros of the next standstill are steady too, but do not end this ramp
+    # the zeros of the next standstill are steady too, but do not end this run-up
     is_steady &= mean_speed != 0
     return int(np.argmax(is_steady)) if is_steady.any() else len(speed)
 
@@ -309,31 +312,31 @@ def phase_of_curve_refusal(
 
 
 def remaining_force_refusal(
-    run: MeasuredRun, settings: CurationSettings, significant_errors: float
+    run: MeasuredRun, curation_settings: CurationSettings, significant_errors: float
 ) -> Refusal | None:
     """The refusal by a force without slip or at standstill, where the rig removes the zero itself.
 
     Args:
         run: The run.
-        settings: `zero_reference`, `plateaus` and `spikes`.
+        curation_settings: `zero_reference`, `plateaus` and `spikes`.
         significant_errors: Standard errors beyond which a difference is significant.
     """
     plateaus = run.plateaus
-    allowed_n = settings.zero_reference.max_drift_n
-    min_duration_s = settings.zero_reference.min_duration_s
+    allowed_n = curation_settings.zero_reference.max_drift_n
+    min_duration_s = curation_settings.zero_reference.min_duration_s
     phases = {
         f"in the {phase_name} phase of standstill": phase
-        for phase_name, phase in phases_at_standstill(run.signals, settings).items()
+        for phase_name, phase in phases_at_standstill(run.signals, curation_settings).items()
         if short_phase_refusal(
             run.signals, phase, f"{phase_name} phase of standstill", min_duration_s
         )
         is None
     }
-    threshold = settings.spikes.threshold
+    threshold = curation_settings.spikes.threshold
     zero_at_standstill = zero_reference(run.signals, "traction_force_n", phases, threshold)
     slip = np.abs(plateaus["slide_roll_ratio"])
     # where the slip is noisy, one that is not significant may still have traction
-    is_without_slip = slip <= settings.zero_reference.max_slide_roll_ratio
+    is_without_slip = slip <= curation_settings.zero_reference.max_slide_roll_ratio
     is_without_slip &= slip <= significant_errors * plateaus["slide_roll_ratio_se"]
     all_force_se_n = plateaus["traction_coefficient_se"] * plateaus["load_n"]
     # plateaus without slip first, then the phases of standstill
@@ -348,7 +351,7 @@ def remaining_force_refusal(
 def force_in_rolling_refusal(
     signals: Signals,
     phases: Mapping[str, slice],
-    settings: CurationSettings,
+    curation_settings: CurationSettings,
     significant_errors: float,
 ) -> Refusal | None:
     """The refusal by a force in pure rolling, where the rig removes the zero itself.
@@ -356,21 +359,25 @@ def force_in_rolling_refusal(
     Args:
         signals: The run.
         phases: Name of a phase of pure rolling -> its samples; short ones are not judged.
-        settings: `zero_reference` and `spikes`.
+        curation_settings: `zero_reference` and `spikes`.
         significant_errors: As for `remaining_force_refusal`.
     """
-    limits = settings.zero_reference
+    zero_settings = curation_settings.zero_reference
     judged_phases = {
         f"in the {phase_name} phase of pure rolling": phase
         for phase_name, phase in phases.items()
         if short_phase_refusal(
-            signals, phase, f"{phase_name} phase of pure rolling", limits.min_duration_s
+            signals, phase, f"{phase_name} phase of pure rolling", zero_settings.min_duration_s
         )
         is None
     }
-    zero = zero_reference(signals, "traction_force_n", judged_phases, settings.spikes.threshold)
+    zero = zero_reference(
+        signals, "traction_force_n", judged_phases, curation_settings.spikes.threshold
+    )
     tolerances_n = significant_errors * zero.output_se
-    return _first_force_refusal(zero.output, tolerances_n, list(judged_phases), limits.max_drift_n)
+    return _first_force_refusal(
+        zero.output, tolerances_n, list(judged_phases), zero_settings.max_drift_n
+    )
 
 
 def _first_force_refusal(
@@ -396,22 +403,23 @@ def _first_force_refusal(
     )
 
 
-def raw_signal_refusal(signals: Signals, settings: PlateauSettings) -> Refusal | None:
+def raw_signal_refusal(signals: Signals, plateau_settings: PlateauSettings) -> Refusal | None:
     """The refusal of rows that follow each other too closely to be settled readings; else None.
 
     Args:
         signals: The run.
-        settings: `min_duration_s`, the shortest settled part of a level, and `min_step` of slip.
+        plateau_settings: `min_duration_s`, the shortest settled part of a level, and `min_step`,
+            the smallest step of slip.
     """
     # NaN where the log has no time
     interval_s = median(np.diff(signals.time_s))
     slip = signals["slide_roll_ratio"]
     # a row at rest has no slip
     slip_step = median(np.abs(np.diff(slip[np.isfinite(slip)])))
-    least_step = settings.min_step / 2
+    least_step = plateau_settings.min_step / 2
     fields = dict(rows=len(signals), interval=interval_s, step=slip_step)
-    fields |= dict(least_s=settings.min_duration_s, least=least_step)
-    if interval_s > 0 and exceeds(settings.min_duration_s, interval_s):
+    fields |= dict(least_s=plateau_settings.min_duration_s, least=least_step)
+    if interval_s > 0 and exceeds(plateau_settings.min_duration_s, interval_s):
         return refusal_by("no_settled_readings", "fast_rows", **fields)
     has_many_rows = len(signals) >= _FEWEST_ROWS_OF_SIGNAL
     if not interval_s > 0 and has_many_rows and slip_step < least_step:
@@ -429,11 +437,11 @@ def _reverses_slip(signals: Signals) -> bool:
     return bool(np.isfinite(force_of_one_direction).any())
 
 
-def _allowed_zero_n(plateaus: ColumnArrays, settings: ZeroReferenceSettings) -> FloatArray:
+def _allowed_zero_n(plateaus: ColumnArrays, zero_settings: ZeroReferenceSettings) -> FloatArray:
     """Allowed force without slip: `max_drift_n`, or a share of the largest traction."""
     largest_mu = float(np.nanmax(np.abs(plateaus["traction_coefficient"]), initial=0.0))
-    share_n = settings.max_traction_share * largest_mu * plateaus["load_n"]
-    return np.asarray(np.fmax(settings.max_drift_n, share_n))
+    share_n = zero_settings.max_traction_share * largest_mu * plateaus["load_n"]
+    return np.asarray(np.fmax(zero_settings.max_drift_n, share_n))
 
 
 def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> BoolArray:
@@ -444,28 +452,30 @@ def _is_without_slip(plateaus: ColumnArrays, allowed_zero_n: FloatArray) -> Bool
     return np.asarray(slope * np.abs(slip) * plateaus["load_n"] <= allowed_zero_n)
 
 
-def shows_its_zero(run: MeasuredRun, settings: ZeroReferenceSettings) -> bool:
+def shows_its_zero(run: MeasuredRun, zero_settings: ZeroReferenceSettings) -> bool:
     """Whether settled readings show their zero: without slip, or in both directions of it."""
-    is_without_slip = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, settings))
-    differences, _ = mu_differences_of_directions(run.plateaus)
+    is_without_slip = _is_without_slip(run.plateaus, _allowed_zero_n(run.plateaus, zero_settings))
+    differences = mu_differences_of_directions(run.plateaus)
     return bool(is_without_slip.any() or len(differences) or _reverses_slip(run.signals))
 
 
-def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) -> Refusal | None:
+def zero_of_readings_refusal(
+    run: MeasuredRun, zero_settings: ZeroReferenceSettings
+) -> Refusal | None:
     """The refusal by a zero that is left in settled readings; None where none is found.
 
     Readings without slip show it, and readings of both directions of slip.
 
     Args:
         run: The run, of which each row is a plateau.
-        settings: Largest zero, and largest share of the largest traction.
+        zero_settings: Largest zero, and largest share of the largest traction.
     """
     if _reverses_slip(run.signals):
         return None
     slip = run.plateaus["slide_roll_ratio"]
     mu = run.plateaus["traction_coefficient"]
     load_n = run.plateaus["load_n"]
-    allowed_zero_n = _allowed_zero_n(run.plateaus, settings)
+    allowed_zero_n = _allowed_zero_n(run.plateaus, zero_settings)
     is_without_slip = _is_without_slip(run.plateaus, allowed_zero_n)
     # a reading with some slip may have as much traction of its own
     allowed_n = allowed_zero_n * np.where(slip == 0, 1, 2)
@@ -480,12 +490,12 @@ def zero_of_readings_refusal(run: MeasuredRun, settings: ZeroReferenceSettings) 
             slip=slip[first_beyond],
             allowed=allowed_n[first_beyond],
         )
-    offset_mu = mu_common_to_directions(run.plateaus)
+    common_mu = mu_common_to_directions(run.plateaus)
     # a reading without load has no traction coefficient
     has_mu = np.isfinite(mu)
     allowed_mu = median(allowed_zero_n[has_mu] / load_n[has_mu])
-    if abs(offset_mu) > allowed_mu:
-        return refusal_by("zero_left", "zero_left_in_directions", mu=offset_mu, allowed=allowed_mu)
+    if abs(common_mu) > allowed_mu:
+        return refusal_by("zero_left", "zero_left_in_directions", mu=common_mu, allowed=allowed_mu)
     return None
 
 
@@ -494,17 +504,16 @@ def mu_common_to_directions(plateaus: ColumnArrays) -> float:
 
     It is half the difference of the sizes of mu at equal slips, in the median.
     """
-    differences, _ = mu_differences_of_directions(plateaus)
-    return median(differences) / 2
+    return median(mu_differences_of_directions(plateaus)) / 2
 
 
-def mu_differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, FloatArray]:
-    """Difference of mu between positive and negative slips of the same size, and mu at the latter.
+def mu_differences_of_directions(plateaus: ColumnArrays) -> FloatArray:
+    """Size of mu at positive slips less that at negative slips of the same size.
 
     Only slips that both directions reach are compared. Mu at positive slips is interpolated.
 
     Returns:
-        Both of shape (shared negative slips,).
+        One value per negative slip that is compared; empty without one.
     """
     slip = plateaus["slide_roll_ratio"]
     mu = plateaus["traction_coefficient"]
@@ -513,16 +522,16 @@ def mu_differences_of_directions(plateaus: ColumnArrays) -> tuple[FloatArray, Fl
     was_reversed = has_mu & (plateaus[DIRECTION_COLUMN] < 0)
     was_not_reversed = has_mu & (plateaus[DIRECTION_COLUMN] > 0)
     if not was_reversed.any() or not was_not_reversed.any():
-        return np.empty(0), np.empty(0)
+        return np.empty(0)
     order_by_slip = np.argsort(slip[was_not_reversed], kind="stable")
     rising_slip = slip[was_not_reversed][order_by_slip]
     is_shared = was_reversed & (slip >= rising_slip[0]) & (slip <= rising_slip[-1])
     positive_mu = np.interp(slip[is_shared], rising_slip, mu[was_not_reversed][order_by_slip])
-    return positive_mu - mu[is_shared], mu[is_shared]
+    return np.asarray(positive_mu - mu[is_shared])
 
 
-def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
-    """d mu/dS at the beginning of a curve whose zero was taken at a slip; 0 where it is unknown.
+def initial_slope(slip: FloatArray, mu: FloatArray, slip_of_zero: float) -> float:
+    """d mu/dS at the beginning of a curve whose mu was set to zero at some slip; 0 if unknown.
 
     The slope of a saturating curve falls exponentially. It is extrapolated from two chords. The
     first one goes from the slip of the zero to the nearest level. The second one goes from there to
@@ -538,7 +547,8 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     Args:
         slip: Slide-roll ratio of each plateau, shape (n,).
         mu: Traction coefficient above the zero, shape (n,).
-        at_slip: Mean slide-roll ratio of the phase that gave the zero.
+        slip_of_zero: Slip at which mu was set to zero: mean slide-roll ratio of the phase that gave
+            the zero.
 
     Examples:
         By hand: the chord 12.5 (exp(-0.2) - exp(-0.6)) = 3.374, times exp(0.3), because chords
@@ -549,10 +559,10 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
         >>> print(f"{initial_slope(slip, mu, 0.002):.3f}")
         4.554
     """
-    slip_distance = np.abs(slip - at_slip)
+    slip_distance = np.abs(slip - slip_of_zero)
     mu_size = np.abs(mu)
     is_usable = np.isfinite(slip_distance) & np.isfinite(mu_size)
-    is_usable &= (slip_distance > 0) & (slip_distance >= abs(at_slip) / 2)
+    is_usable &= (slip_distance > 0) & (slip_distance >= abs(slip_of_zero) / 2)
     slip_distance = slip_distance[is_usable]
     mu_size = mu_size[is_usable]
     if len(slip_distance) == 0:
@@ -573,7 +583,7 @@ def initial_slope(slip: FloatArray, mu: FloatArray, at_slip: float) -> float:
     if next_chord <= 0:
         return max(float(_STEEPEST_RATIO * chord), steepest_chord)
     # from the middle of the first chord back to the middle between no slip and that of the zero
-    exponent = (nearest_slip_distance + abs(at_slip)) / (
+    exponent = (nearest_slip_distance + abs(slip_of_zero)) / (
         nearest_slip_distance + distance_to_next_level
     )
     slope = float(chord * np.clip((chord / next_chord) ** exponent, 1, _STEEPEST_RATIO))
