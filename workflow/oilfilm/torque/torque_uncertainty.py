@@ -325,21 +325,22 @@ class RandomDraws:
                 {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
         results = self._solve_draws(joined_numbers_of_group, position_in_drawn)
+        torque_n_m = self.calculate_results()[0][:, self.drawn_point_index[position_in_drawn]]
+        has_enough_draws = _has_enough_draws(
+            np.isfinite(torque_n_m), self._settings.uncertainty.lost_share_max
+        )
         results_by_variant = results.reshape(
             len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(position_in_drawn)
         )
+        # of torque and cage slip: lambda has no shares, and is NaN in cold oil
+        results_by_variant = np.where(has_enough_draws, results_by_variant[:2], 0.0)
         first_results, redrawn_results = results_by_variant[:, :1], results_by_variant[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
             variance = np.nanvar(first_results, axis=2, ddof=1) + np.nanvar(
                 redrawn_results, axis=2, ddof=1
             )
             shares = np.nanmean((redrawn_results - first_results) ** 2, axis=2) / variance
-        torque_n_m = self.calculate_results()[0][:, self.drawn_point_index[position_in_drawn]]
-        has_enough_draws = _has_enough_draws(
-            np.isfinite(torque_n_m), self._settings.uncertainty.lost_share_max
-        )
-        shares = np.where(has_enough_draws, shares, np.nan)
-        torque_share, slip_share, _ = shares
+        torque_share, slip_share = np.where(has_enough_draws, shares, np.nan)
         return pd.DataFrame(
             {
                 "point": np.tile(self.drawn_point_index[position_in_drawn], len(causes)),
