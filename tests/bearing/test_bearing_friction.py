@@ -167,7 +167,7 @@ def test_rolling_balls_have_no_cage_slip():
     control = raceway_control_equilibrium(HARRIS, points)
     motion = rolling_motion(HARRIS, control.contacts, points.ring_speed_rad_s)
     bearing_problem, (ball_x, ball_r, ring) = problem(HARRIS, points), control.solution.unknowns[0]
-    unknowns = [[ball_x, ball_r, *motion.spin_rad_s[0], motion.orbit_speed_rad_s[0], ring]]
+    unknowns = [[ball_x, ball_r, *motion.rotation_rad_s[0], motion.orbit_speed_rad_s[0], ring]]
     balance = bearing_problem.balance(np.array(unknowns))
     assert (
         abs(FrictionEquilibrium(bearing_problem, balance, control.solution).cage_slip()[0]) < 1e-12
@@ -180,7 +180,7 @@ def test_gyroscopic_moment_opens_the_inner_contact_angle_as_far_as_traction_can(
     points = OperatingPoints.from_load_and_speed(20000.0, 12000 * RPM)
     angle_without_moment, angle_of_full_moment = (
         raceway_control_equilibrium(
-            MAINSHAFT, points, gyroscopic_sign=sign
+            MAINSHAFT, points, gyroscopic_factor=sign
         ).contacts.contact_angle_rad[0, 0]
         for sign in (0.0, 1.0)
     )

@@ -31,7 +31,7 @@ def test_equilibria_of_an_independent_calculation_are_met_within_half_a_percent(
     bearing = shipped(name)
     rows = np.array(REFERENCE[name], dtype=float)
     points = OperatingPoints.from_load_and_speed(rows[:, 0], rows[:, 1] * RPM)
-    equilibrium = raceway_control_equilibrium(bearing, points, gyroscopic_sign=-1.0)
+    equilibrium = raceway_control_equilibrium(bearing, points, gyroscopic_factor=-1.0)
     assert equilibrium.solution.converged.all()
     ours = np.column_stack(
         [
@@ -72,24 +72,24 @@ def test_without_friction_the_centrifugal_force_alone_parts_the_angles():
     # balance of a ball pressed by two normals: cot(alpha_o) - cot(alpha_i) = Fc Z/Fa
     bearing = shipped("harris-218")
     points = OperatingPoints.from_load_and_speed(17800.0, 10000 * RPM)
-    equilibrium = raceway_control_equilibrium(bearing, points, gyroscopic_sign=0.0)
+    equilibrium = raceway_control_equilibrium(bearing, points, gyroscopic_factor=0.0)
     inner, outer = equilibrium.contacts.contact_angle_rad[0]
     outward = centrifugal_force_n(bearing, equilibrium.contacts, equilibrium.motion)[0]
     assert 1 / np.tan(outer) - 1 / np.tan(inner) == pytest.approx(16 * outward / 17800.0, rel=1e-8)
 
 
-def test_the_gyroscopic_moment_turns_the_spin_along_the_orbit():
+def test_the_gyroscopic_moment_turns_the_axis_of_the_ball_along_the_orbit():
     # the angular momentum of a ball on its orbit, differentiated numerically in a fixed frame
     bearing = shipped("harris-218")
     equilibrium = raceway_control_equilibrium(
         bearing, OperatingPoints.from_load_and_speed(17800.0, 10000 * RPM)
     )
-    orbit, spin = equilibrium.motion.orbit_speed_rad_s[0], equilibrium.motion.spin_rad_s[0]
+    orbit, rotation = equilibrium.motion.orbit_speed_rad_s[0], equilibrium.motion.rotation_rad_s[0]
 
     def momentum(time):
         # r = (cos, sin), t = (-sin, cos) in the plane across the axis
         cosine, sine = np.cos(orbit * time), np.sin(orbit * time)
-        total = spin + np.array([orbit, 0.0, 0.0])
+        total = rotation + np.array([orbit, 0.0, 0.0])
         across = total[1] * np.array([cosine, sine]) + total[2] * np.array([-sine, cosine])
         return bearing.ball_inertia_kg_m2 * np.array([total[0], *across])
 

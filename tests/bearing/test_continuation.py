@@ -66,6 +66,19 @@ def test_a_pair_of_crossings_within_one_step_is_seen():
     np.testing.assert_allclose(crossings.unknowns[:, 0], [-np.sqrt(0.1), np.sqrt(0.1)], rtol=1e-3)
 
 
+def test_a_curve_without_a_direction_stalls_and_leaves_the_others_alone():
+    # level = x, but from level 0.5 on nothing depends on the second curve's x, nor on the level
+    def loose(unknowns, level, curve_index):
+        is_loose = (curve_index == 1) & (level > 0.5)
+        return np.where(is_loose, 0.0, unknowns[..., 0] - level)[..., np.newaxis]
+
+    starts = np.zeros((2, 1))
+    crossings = trace(loose, starts, np.ones((2, 1)), np.zeros(2), 0.9, -1.0, 1.0)
+    assert crossings.reached_last_value.tolist() == [True, False]
+    assert crossings.point_index.tolist() == [0]
+    np.testing.assert_allclose(crossings.unknowns, [[0.9]], rtol=1e-9)
+
+
 @pytest.mark.parametrize("kink", [0.0, 1e-3])
 def test_a_kink_stalls_a_curve_unless_its_steps_may_turn(kink):
     # level = x, then level = x/10: the tangent turns by 39 degrees, whatever the step

@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from bearings import RPM, printed_law, problem, shipped
+from bearings import RPM, in_operation, printed_law, problem, shipped
 from nights import nightly
 from oilfilm.bearing.equilibria import NearbyEquilibria, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
@@ -163,6 +163,14 @@ def test_more_drag_never_makes_a_cage_faster():
         for oil_volume_fraction in oil_volume_fractions
     ]
     assert (np.diff(slips) > 0).all()
+
+
+@pytest.mark.nightly
+def test_balls_that_hardly_touch_a_race_have_no_motion_and_spoil_no_other_point() -> None:
+    # 0.01 N on all balls of the bearing
+    points = OperatingPoints.from_load_and_speed(np.array([0.01, 20000.0]), 24000 * RPM)
+    motion = friction_equilibrium(in_operation(problem(MAINSHAFT, points, "4050", 100.0)))
+    np.testing.assert_array_equal(motion.solution.converged, [False, True])
 
 
 def test_beyond_the_law_no_motion_is_called_the_only_one() -> None:

@@ -175,7 +175,7 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: PlanR
         span = np.ptp(test_coordinates, axis=0)
         contact_coordinates = plan.wanted.coordinates.reshape(-1, 3)
         scaled_distance = (
-            test_coordinates[plan.design.chosen_indices][:, np.newaxis] - contact_coordinates
+            test_coordinates[plan.curve_plan.chosen_indices][:, np.newaxis] - contact_coordinates
         ) / span
         mean_distances.append(np.linalg.norm(scaled_distance, axis=-1).min(axis=1).mean())
     assert mean_distances[1] < 0.7 * mean_distances[0]
@@ -202,10 +202,10 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
         without_law = table["uncertainty_without_law"].iloc[0]
         assert (table["uncertainty_with_test"] >= without_law).all()
     assert torque_plan.irreducible_uncertainty > 0.9 * torque_plan.total_uncertainty(
-        torque_plan.design.uncertainty_before
+        torque_plan.curve_plan.uncertainty_before
     )
-    assert not torque_plan.design.chosen_indices
-    assert len(slip_plan.design.chosen_indices) == request_for.test_count
+    assert not torque_plan.curve_plan.chosen_indices
+    assert len(slip_plan.curve_plan.chosen_indices) == request_for.test_count
 
 
 def test_plan_keeps_to_what_the_rig_can_run(
@@ -214,7 +214,7 @@ def test_plan_keeps_to_what_the_rig_can_run(
     """Stated 3 GPa, 50 m/s; lambda > 3; the first test of the table is the best one alone."""
     of_exact_bearing = replace(request_for, bearing=LAW_ALONE.tested_bearing())
     for plan in plan_tests(results, LAW_ALONE, OIL, of_exact_bearing):
-        assert (plan.design.uncertainty_with_one <= plan.design.uncertainty_before).all()
+        assert (plan.curve_plan.uncertainty_with_one <= plan.curve_plan.uncertainty_before).all()
         table = plan.table()
         # 3 GPa of this ball by Hertz; the assumed full scale of 200 N bounds nothing
         assert table["load_n"].max() == pytest.approx(1136, abs=1)
@@ -416,7 +416,7 @@ def test_a_plan_is_for_one_rig_and_contact(
     with pytest.raises(OilfilmError, match="different contacts"):
         plan_tests(results, settings, OIL, request_for)
     (plan,) = plan_tests(results, settings, OIL, replace(request_for, targets=("traction",)))
-    assert len(plan.design.chosen_indices) == request_for.test_count
+    assert len(plan.curve_plan.chosen_indices) == request_for.test_count
     rig_of_unknown_ball = {
         key: value for key, value in rig_of_another_ball.items() if key != "ball_radius_m"
     }

@@ -379,6 +379,17 @@ def test_a_scatter_of_runs_or_a_flow_that_nobody_knows_has_no_share(run_sd, text
     assert shares.drop(["runs", *FLOW_INPUTS])["torque_share"].notna().all()
 
 
+def test_shares_of_variance_need_no_known_film():
+    # at -30 degC lambda is not known in any draw; a warning of NumPy would end this test
+    uncertain_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.5)
+    point = {**LOAD_SPEED_TEMPERATURE, "inlet_temperature_c": -30.0}
+    group = CaseGroup(uncertain_oil, "stress", pd.DataFrame([point]))
+    results, _, draws = FrictionCases(BEARING, [group]).calculate_with_uncertainty(1)
+    assert results["lambda_ratio"].isna().all()
+    shares = draws.calculate_shares(np.arange(1))[["torque_share", "slip_share"]]
+    assert shares.notna().all(axis=None)
+
+
 @pytest.mark.parametrize(("lost_draws", "is_known"), [(5, True), (6, False)])
 def test_shares_of_variance_are_not_known_where_the_interval_is_withheld(
     monkeypatch, lost_draws, is_known

@@ -294,8 +294,13 @@ def _append_zero(residual: FloatArray) -> FloatArray:
 
 
 def _bordered_matrix(slopes: FloatArray, tangent: FloatArray) -> FloatArray:
-    """Square matrices: derivatives of the residuals, and of the distance along the tangent."""
-    return np.concatenate([slopes, tangent[:, np.newaxis]], axis=1)
+    """Square matrices: derivatives of the residuals, and of the distance along the tangent.
+
+    A singular one is NaN, so that its curve stalls: NumPy would refuse those of all curves.
+    """
+    matrix = np.concatenate([slopes, tangent[:, np.newaxis]], axis=1)
+    matrix[np.linalg.slogdet(matrix).sign == 0] = np.nan
+    return matrix
 
 
 def _unit_tangent(slopes: FloatArray, direction: FloatArray) -> FloatArray:

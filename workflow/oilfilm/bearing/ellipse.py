@@ -96,10 +96,11 @@ class Sliding:
     """Sliding of the race over the ball; shapes (..., 2 contacts) or (..., 2 contacts, nodes).
 
     Attributes:
-        race_speed_rad_s: Speed of the race about the bearing's axis, relative to the ball's orbit.
-        roll_rad_s: Spin of the ball about t x n, the axis about which it rolls on the race.
-        relative_spin_rad_s: Spin of the ball about the normal, relative to the race.
-        relative_roll_rad_s: Spin of the ball about t x n, relative to the race.
+        relative_race_speed_rad_s: Speed of the race about the bearing's axis, relative to the
+            ball's orbit.
+        roll_rad_s: Rotation of the ball about t x n, the axis about which it rolls on the race.
+        relative_spin_rad_s: Spin: rotation of the ball about the normal, relative to the race.
+        relative_roll_rad_s: Rotation of the ball about t x n, relative to the race.
         sliding_across_m_s: Sliding speed across the rolling direction at each node.
         sliding_along_m_s: Sliding speed along t at each node.
         entrainment_speed_m_s: Mean surface speed in the middle of the contact.
@@ -108,11 +109,11 @@ class Sliding:
         middle_height_m: Distance z(0) from the ball's centre to the middle of the contact, along
             the normal.
         height_m: Distance z from the ball's centre to each node, along the normal.
-        semi_axes_m: Semi-axes along t and across the rolling direction, limited to the ball's
-            radius.
+        semi_axes_m: Semi-axes along t and across the rolling direction. The second is limited to
+            the ball's radius.
     """
 
-    race_speed_rad_s: FloatArray
+    relative_race_speed_rad_s: FloatArray
     roll_rad_s: FloatArray
     relative_spin_rad_s: FloatArray
     relative_roll_rad_s: FloatArray
@@ -125,18 +126,16 @@ class Sliding:
     semi_axes_m: tuple[FloatArray, FloatArray]
 
 
-def smoothly_limited_speed_m_s(
-    speed_m_s: FloatArray, smallest_m_s: FloatArray | float
-) -> FloatArray:
-    """A speed U of 0 or more, raised smoothly to at least U_0/2.
+def smoothly_limited_speed_m_s(speed_m_s: FloatArray, band_m_s: FloatArray | float) -> FloatArray:
+    """A speed U of 0 or more, raised smoothly within the band U < U_0, to at least U_0/2.
 
         U_0/2 (1 + (U/U_0)^2)   where U < U_0,   else U
 
     Value and slope are continuous at U = U_0. Nothing changes with U_0 = 0.
     """
-    is_slow = speed_m_s < smallest_m_s
-    ratio = np.divide(speed_m_s, smallest_m_s, out=np.zeros_like(speed_m_s), where=is_slow)
-    return np.asarray(np.where(is_slow, smallest_m_s / 2 * (1 + ratio**2), speed_m_s))
+    is_slow = speed_m_s < band_m_s
+    ratio = np.divide(speed_m_s, band_m_s, out=np.zeros_like(speed_m_s), where=is_slow)
+    return np.asarray(np.where(is_slow, band_m_s / 2 * (1 + ratio**2), speed_m_s))
 
 
 def sliding_in_ellipses(
@@ -145,7 +144,7 @@ def sliding_in_ellipses(
     motion: Motion,
     ring_speed_rad_s: FloatArray,
     rule: QuadratureRule,
-    smallest_speed_m_s: FloatArray | float = 0.0,
+    entrainment_band_m_s: FloatArray | float = 0.0,
 ) -> Sliding:
     """Sliding speeds in both ellipses of each ball, from rigid-body motion.
 
@@ -154,8 +153,8 @@ def sliding_in_ellipses(
         along t:          W (r_b + n_r z + n_x y) - w_n y + w_y z
         across, along t x n:                (w_n - W n_x) x - w_t z
 
-    W is the race's speed relative to the ball's orbit, w the ball's spin, r_b the distance of the
-    ball's centre from the bearing's axis. The height z decreases across the groove, because the
+    W is the race's speed relative to the ball's orbit, w the ball's rotation, r_b the distance of
+    the ball's centre from the bearing's axis. The height z decreases across the groove, because the
     deformed surface is curved: with its radius R it is z(y) = z(0) - R + sqrt(R^2 - y^2). At the
     ends of the ellipse this surface meets the undeformed ball.
 
@@ -165,18 +164,18 @@ def sliding_in_ellipses(
         motion: Motion of the balls.
         ring_speed_rad_s: Speeds of inner and outer ring, shape (..., 2).
         rule: Quadrature nodes of the ellipse.
-        smallest_speed_m_s: Smallest entrainment speed of `smoothly_limited_speed_m_s`, shape
-            (points, 1).
+        entrainment_band_m_s: Band U_0 of the entrainment speed (`smoothly_limited_speed_m_s`),
+            shape (points, 1).
 
     Reference: A. B. Jones, J. Basic Eng. 81 (1959) 1; T. A. Harris, Rolling Bearing Analysis.
     """
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
-    w_x, w_r = motion.spin_rad_s[..., :1], motion.spin_rad_s[..., 1:2]
-    w_t = motion.spin_rad_s[..., 2]
-    race_speed_rad_s = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
+    w_x, w_r = motion.rotation_rad_s[..., :1], motion.rotation_rad_s[..., 1:2]
+    w_t = motion.rotation_rad_s[..., 2]
+    relative_race_speed_rad_s = ring_speed_rad_s - motion.orbit_speed_rad_s[..., np.newaxis]
     roll_rad_s = w_r * n_x - w_x * n_r
-    relative_spin_rad_s = w_x * n_x + w_r * n_r - race_speed_rad_s * n_x
-    relative_roll_rad_s = race_speed_rad_s * n_r + roll_rad_s
+    relative_spin_rad_s = w_x * n_x + w_r * n_r - relative_race_speed_rad_s * n_x
+    relative_roll_rad_s = relative_race_speed_rad_s * n_r + roll_rad_s
     ball_radius_m = bearing.ball_diameter_m / 2
     curvature_radius_m = bearing.deformed_surface_radius_m
     # no contact is wider than the ball, but a search may try such a state
@@ -193,25 +192,26 @@ def sliding_in_ellipses(
         - (semi_axis_y_m**2)[..., np.newaxis] * rule.across**2
     )
     height_m += (middle_height_m - curvature_radius_m)[..., np.newaxis]
-    orbital_speed_m_s = race_speed_rad_s * contacts.orbit_radius_m[..., np.newaxis]
+    # speed of the race, extended to the radius of the orbit, past the ball's centre
+    race_speed_at_orbit_m_s = relative_race_speed_rad_s * contacts.orbit_radius_m[..., np.newaxis]
     sliding_across_m_s = (relative_spin_rad_s * semi_axis_x_m)[..., np.newaxis] * rule.along
     sliding_across_m_s -= w_t[..., np.newaxis, np.newaxis] * height_m
     sliding_along_m_s = relative_roll_rad_s[..., np.newaxis] * height_m
     sliding_along_m_s -= (relative_spin_rad_s * semi_axis_y_m)[..., np.newaxis] * rule.across
-    sliding_along_m_s += orbital_speed_m_s[..., np.newaxis]
-    race_surface_m_s = orbital_speed_m_s + race_speed_rad_s * n_r * middle_height_m
+    sliding_along_m_s += race_speed_at_orbit_m_s[..., np.newaxis]
+    race_surface_m_s = race_speed_at_orbit_m_s + relative_race_speed_rad_s * n_r * middle_height_m
     ball_surface_m_s = -roll_rad_s * middle_height_m
     mean_speed_m_s = (race_surface_m_s + ball_surface_m_s) / 2
     speed_difference_m_s = race_surface_m_s - ball_surface_m_s
     return Sliding(
-        race_speed_rad_s=race_speed_rad_s,
+        relative_race_speed_rad_s=relative_race_speed_rad_s,
         roll_rad_s=roll_rad_s,
         relative_spin_rad_s=relative_spin_rad_s,
         relative_roll_rad_s=relative_roll_rad_s,
         sliding_across_m_s=sliding_across_m_s,
         sliding_along_m_s=sliding_along_m_s,
         entrainment_speed_m_s=smoothly_limited_speed_m_s(
-            np.abs(mean_speed_m_s), smallest_speed_m_s
+            np.abs(mean_speed_m_s), entrainment_band_m_s
         ),
         middle_slide_roll_ratio=np.divide(
             speed_difference_m_s,
@@ -261,7 +261,7 @@ def contact_conditions(
         bearing: The bearing.
         contacts: Contacts of the balls.
         sliding_state: Sliding in these contacts.
-        inlet_temperature_c: Temperature of the oil, which broadcasts against (..., 2 contacts).
+        inlet_temperature_c: Inlet temperature of the oil; it broadcasts against (..., 2 contacts).
     """
     radius_x_m = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
     max_pressure_gpa = contacts.max_hertz_pressure_pa / PA_PER_GPA
@@ -318,28 +318,33 @@ def traction_in_ellipses(
     # no division by 0 where nothing slides
     force_over_speed /= np.maximum(sliding_speed_m_s, 1e-300, out=sliding_speed_m_s)
     force_over_speed *= contacts.load_n[..., np.newaxis]
-    node_across = force_over_speed * sliding_state.sliding_across_m_s
-    node_along = force_over_speed * sliding_state.sliding_along_m_s
+    node_force_across_n = force_over_speed * sliding_state.sliding_across_m_s
+    node_force_along_n = force_over_speed * sliding_state.sliding_along_m_s
     # last axis: sum of the forces, of forces times x, of forces times y (x, y in semi-axes)
-    across_sums = np.tensordot(node_across, rule.moment_weights, 1)
-    along_sums = np.tensordot(node_along, rule.moment_weights, 1)
+    across_sums = np.tensordot(node_force_across_n, rule.moment_weights, 1)
+    along_sums = np.tensordot(node_force_along_n, rule.moment_weights, 1)
     semi_axis_x, semi_axis_y = sliding_state.semi_axes_m
-    across = across_sums[..., 0]
-    across_x = across_sums[..., 1] * semi_axis_x
-    along = along_sums[..., 0]
-    along_y = along_sums[..., 2] * semi_axis_y
-    across_z = np.einsum("...k,...k->...", node_across, sliding_state.height_m)
-    along_z = np.einsum("...k,...k->...", node_along, sliding_state.height_m)
+    force_across_n = across_sums[..., 0]
+    force_along_n = along_sums[..., 0]
+    # sums of force times coordinate, in N m
+    across_times_x = across_sums[..., 1] * semi_axis_x
+    along_times_y = along_sums[..., 2] * semi_axis_y
+    across_times_z = np.einsum("...k,...k->...", node_force_across_n, sliding_state.height_m)
+    along_times_z = np.einsum("...k,...k->...", node_force_along_n, sliding_state.height_m)
     n_x, n_r = contacts.normal[..., 0, :], contacts.normal[..., 1, :]
     # moment about the bearing's axis: distance of each node from that axis, times the force along t
-    along_moment = along * contacts.orbit_radius_m[..., np.newaxis] + n_r * along_z + n_x * along_y
+    along_moment_n_m = (
+        force_along_n * contacts.orbit_radius_m[..., np.newaxis]
+        + n_r * along_times_z
+        + n_x * along_times_y
+    )
     return Traction(
-        force_across_n=across,
-        force_along_n=along,
-        moment_about_normal_n_m=along_y - across_x,
-        moment_about_across_n_m=-along_z,
-        moment_about_tangent_n_m=across_z,
-        race_moment_n_m=n_x * across_x - along_moment,
+        force_across_n=force_across_n,
+        force_along_n=force_along_n,
+        moment_about_normal_n_m=along_times_y - across_times_x,
+        moment_about_across_n_m=-along_times_z,
+        moment_about_tangent_n_m=across_times_z,
+        race_moment_n_m=n_x * across_times_x - along_moment_n_m,
         heat_w=contacts.load_n * heat_over_load,
         slide_roll_ratio=local_slide_roll_ratio,
         coefficient=mu,

@@ -1,9 +1,11 @@
 """Friction equilibria of a bearing: every steady motion, from the rolling cage through all folds.
 
-Traction that falls with slip can balance the resistances at several cage speeds: the film of a
-rolling contact pulls hard enough, that of a skidding contact does not. The curve of equilibria is
-followed in the share s of the resistances: drag, rolling resistance, hysteresis, pockets, land and
-gyroscopic moment. At s = 0 the cage rolls, and there is one equilibrium. The bearing is at s = 1.
+A cage rolls where its balls roll on both races; it skids where they slip. Traction that falls with
+slip can balance the resistances at several cage speeds: the film of a rolling contact pulls hard
+enough, that of a skidding contact does not. The curve of equilibria is followed in the share s of
+the resistances: drag, rolling resistance, hysteresis, pockets, land and gyroscopic moment. At s = 0
+the cage rolls, and there is one equilibrium. The bearing is at s = 1. At a fold the curve turns
+back in s.
 
 Where possible the search takes a shorter way: Newton's method from a rolling cage. Its result is
 certified where the inner contact slips less than at the law's peak. Traction has then risen with
@@ -69,7 +71,7 @@ _SMALLEST_RISE_BEFORE_PEAK = 1e-3
 _SOFTENING_SLIPS = (*np.geomspace(0.3, 1e-5, 10), 0.0)
 # Steps shorter than this may turn at a kink, which the law has at its lowest levels.
 _KINK_LENGTH = 1e-3
-# Attempts to follow a curve, until one does not stall: (slip up to which the law is softened,
+# Attempts to follow a curve, until one reaches its end: (slip up to which the law is softened,
 # `kink_length` of `trace`).
 _ATTEMPTS = ((0.0, 0.0), (0.0, _KINK_LENGTH), (0.003, _KINK_LENGTH), (0.01, _KINK_LENGTH))
 # Largest residual on a curve along which bands shrink: the forces are steep beside a jump.
@@ -161,8 +163,9 @@ def friction_equilibrium(
 
     Args:
         problem: Bearing, loads, speeds, oil and law; bands of an earlier search are ignored.
-        nearby_equilibria: Equilibria with other constants. An equilibrium near
-            them is returned, on the same branch. Other points are searched from the rolling cage.
+        nearby_equilibria: Equilibria of a similar problem, such as one whose law has other
+            constants. The result is near them, on the same branch. Points without such a result
+            are searched from the rolling cage.
 
     Returns:
         The motion. It is not converged where a contact would be as wide as the ball.
@@ -203,7 +206,7 @@ class _Motions:
     Attributes:
         point_index: Index of each motion's point, shape (motions,).
         unknowns: Unknowns of each motion, shape (motions, 7).
-        bands: Widths of the bands with which the forces balance, shape (motions, 3).
+        bands: Half-widths of the bands with which the forces balance, shape (motions, 3).
     """
 
     point_index: IndexArray
@@ -232,27 +235,27 @@ class _Motions:
 
 def _equilibria(problem: FrictionProblem, wants_all_motions: bool) -> Equilibria:
     """Steady motions: all of them, or only the fastest cage where it is certified to roll."""
-    # a problem with other nodes than the usual ones keeps them: its law may be made for these nodes
+    # a problem with other nodes than the usual ones keeps them: its law may be solved at each node
     rule = (
         gauss_rule(*COARSE_NODE_COUNTS) if problem.rule.node_counts == NODE_COUNTS else problem.rule
     )
-    motions, has_stalled = _search_motions(problem, rule, wants_all_motions)
+    motions, is_unfinished = _search_motions(problem, rule, wants_all_motions)
     # a crossing with the coarse nodes may have no counterpart with all nodes
-    points_without_motion = np.setdiff1d(np.arange(len(has_stalled)), motions.point_index)
+    points_without_motion = np.setdiff1d(np.arange(len(is_unfinished)), motions.point_index)
     if len(points_without_motion) and problem.rule is not rule:
-        added_motions, has_stalled[points_without_motion] = _search_motions(
+        added_motions, is_unfinished[points_without_motion] = _search_motions(
             problem.at_points(points_without_motion), problem.rule, wants_all_motions
         )
         motions = motions.joined(
             replace(added_motions, point_index=points_without_motion[added_motions.point_index])
         )
-    return _fastest_and_slowest(problem, motions, ~has_stalled)
+    return _fastest_and_slowest(problem, motions, ~is_unfinished)
 
 
 def _search_motions(
     problem: FrictionProblem, rule: QuadratureRule, wants_all_motions: bool
 ) -> tuple[_Motions, BoolArray]:
-    """Steady motions by a search with other nodes, and whether each point's curve stalled."""
+    """Steady motions by a search with other nodes, and which points have an unfinished search."""
     coarse_problem = replace(problem, rule=rule, bands=FULL_BANDS)
     start, resistance_share = _find_curve_starts(coarse_problem)
     is_rolling = resistance_share == 1
@@ -260,19 +263,19 @@ def _search_motions(
         np.isfinite(resistance_share) & (wants_all_motions | ~is_rolling)
     )
     last_parameter = _LAST_PARAMETER if wants_all_motions else _LAST_PARAMETER_FOR_FASTEST
-    followed_motions, has_ended = _follow_curves(
+    followed_motions, has_reached_end = _follow_curves(
         coarse_problem.at_points(followed_index),
         start[followed_index],
         resistance_share[followed_index],
         last_parameter,
     )
-    has_stalled = np.isnan(resistance_share)
-    has_stalled[followed_index[~has_ended]] = True
+    is_unfinished = np.isnan(resistance_share)
+    is_unfinished[followed_index[~has_reached_end]] = True
     rolling_motions = _Motions.with_full_bands(np.flatnonzero(is_rolling), start[is_rolling])
     followed_motions = replace(
         followed_motions, point_index=followed_index[followed_motions.point_index]
     )
-    return _narrow_bands(problem, rolling_motions.joined(followed_motions)), has_stalled
+    return _narrow_bands(problem, rolling_motions.joined(followed_motions)), is_unfinished
 
 
 def _find_curve_starts(problem: FrictionProblem) -> tuple[FloatArray, FloatArray]:
@@ -349,7 +352,7 @@ def _harden_law(
 def _is_certified_to_roll(problem: FrictionProblem, unknowns: FloatArray) -> BoolArray:
     """Whether the inner contact of each motion slips less than at the law's peak."""
     balance = problem.balance(unknowns)
-    # a law of certain nodes is evaluated at all of them, any other at one
+    # a law that is solved at each node needs them all; of any other law one node is enough
     law_needs_its_nodes = problem.rule.node_counts not in (COARSE_NODE_COUNTS, NODE_COUNTS)
     weight = problem.rule.load_share if law_needs_its_nodes else np.ones(1)
     shape_of_contacts = balance.conditions.load_n.shape[:-1]
@@ -366,7 +369,7 @@ def _is_certified_to_roll(problem: FrictionProblem, unknowns: FloatArray) -> Boo
 def _follow_curves(
     problem: FrictionProblem, start: FloatArray, resistance_share: FloatArray, last_parameter: float
 ) -> tuple[_Motions, BoolArray]:
-    """Motions of the bearing on the curves of all points, and which curves reach their end.
+    """Motions of the bearing on the curves of all points, and which curves reach `last_parameter`.
 
     Args:
         problem: The points, with bands.
@@ -374,10 +377,10 @@ def _follow_curves(
         resistance_share: Share of the resistances there, shape (points,).
         last_parameter: Parameter at which curves end.
     """
-    has_ended = np.zeros(len(resistance_share), dtype=bool)
+    has_reached_end = np.zeros(len(resistance_share), dtype=bool)
     motions = _Motions.with_full_bands(np.arange(0), start[:0])
     for softening_slip, kink_length in _ATTEMPTS:
-        remaining_index = np.flatnonzero(~has_ended)
+        remaining_index = np.flatnonzero(~has_reached_end)
         if len(remaining_index) == 0:
             break
         remaining_problem = problem.at_points(remaining_index)
@@ -400,14 +403,14 @@ def _follow_curves(
             motions_at_crossings = _Motions.with_full_bands(
                 crossings.point_index, crossings.unknowns
             )
-        has_ended[remaining_index] = crossings.reached_last_value
+        has_reached_end[remaining_index] = crossings.reached_last_value
         motions_at_crossings = replace(
             motions_at_crossings, point_index=remaining_index[motions_at_crossings.point_index]
         )
-        # motions of an earlier, stalled attempt remain only at points without motions now
+        # motions of an earlier, unfinished attempt remain only at points without motions now
         is_kept = ~np.isin(motions.point_index, motions_at_crossings.point_index)
         motions = motions.select(is_kept).joined(motions_at_crossings)
-    return motions, has_ended
+    return motions, has_reached_end
 
 
 def _follow_softened_curves(
@@ -482,9 +485,11 @@ def _narrow_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     is_exact = np.abs(residuals).max(axis=1) <= TOLERANCE
     banded_motions.bands[is_exact] = NO_BANDS
     within_bands = banded_motions.select(~is_exact)
-    unbanded_motions, has_lost_bands = _remove_bands_by_steps(problem, within_bands)
-    exact_motions = banded_motions.select(is_exact).joined(unbanded_motions.select(has_lost_bands))
-    within_bands = within_bands.select(~has_lost_bands)
+    unbanded_motions, holds_without_bands = _remove_bands_by_steps(problem, within_bands)
+    exact_motions = banded_motions.select(is_exact).joined(
+        unbanded_motions.select(holds_without_bands)
+    )
+    within_bands = within_bands.select(~holds_without_bands)
     if len(within_bands.point_index) == 0:
         return exact_motions
     narrowed_motions = _shrink_bands(problem, within_bands)
@@ -520,8 +525,9 @@ def _remove_bands_by_steps(
         )
         followed_index = followed_index[is_followed]
         unknowns[followed_index] = new_motions.unknowns[is_followed]
-    has_lost_bands = np.isin(np.arange(len(unknowns)), followed_index)
-    return _Motions(motions.point_index, unknowns, np.zeros_like(motions.bands)), has_lost_bands
+    holds_without_bands = np.isin(np.arange(len(unknowns)), followed_index)
+    unbanded_motions = _Motions(motions.point_index, unknowns, np.zeros_like(motions.bands))
+    return unbanded_motions, holds_without_bands
 
 
 def _solve_near_motions(problem: FrictionProblem, motions: _Motions) -> tuple[_Motions, BoolArray]:
@@ -554,9 +560,9 @@ def _shrink_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     stalled_motions = motions.select(np.arange(0))
     motions_at_last_step = stalled_motions
     for band_shares in (
-        _band_shares_less_entrainment,
-        _band_shares_less_spin,
-        _band_shares_less_rolling,
+        _shares_as_entrainment_band_shrinks,
+        _shares_as_rotation_band_shrinks,
+        _shares_as_rolling_band_shrinks,
     ):
         shrinking_problem = problem.at_points(motions.point_index)
 
@@ -602,13 +608,13 @@ def _shrink_bands(problem: FrictionProblem, motions: _Motions) -> _Motions:
     cage_speed_change = np.abs(solved_motions.unknowns - narrow_motions.unknowns)[
         :, _CAGE_SPEED_INDEX
     ]
-    has_lost_bands = is_solved & (
+    holds_without_bands = is_solved & (
         cage_speed_change
         < _LARGEST_SAME_MOTION_CHANGE
         * problem.scale()[narrow_motions.point_index, _CAGE_SPEED_INDEX]
     )
-    held_motions = motions.joined(motions_at_last_step).select(~has_lost_bands)
-    return held_motions.joined(solved_motions.select(has_lost_bands))
+    held_motions = motions.joined(motions_at_last_step).select(~holds_without_bands)
+    return held_motions.joined(solved_motions.select(holds_without_bands))
 
 
 def _solve_with_bands(
@@ -627,20 +633,20 @@ def _solve_with_bands(
     )
 
 
-def _band_shares_less_entrainment(parameter: FloatArray) -> FloatArray:
+def _shares_as_entrainment_band_shrinks(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the entrainment speed shrinks to 0."""
     ones = np.ones_like(parameter)
     return np.stack([ones, ones, np.maximum(1 - parameter, 0.0)], axis=-1)
 
 
-def _band_shares_less_spin(parameter: FloatArray) -> FloatArray:
-    """Shares of the bands, (..., 3), while the band of the ball's spin shrinks to 0."""
+def _shares_as_rotation_band_shrinks(parameter: FloatArray) -> FloatArray:
+    """Shares of the bands, (..., 3), while the band of the ball's rotation shrinks to 0."""
     return np.stack(
         [np.ones_like(parameter), np.maximum(1 - parameter, 0.0), 0 * parameter], axis=-1
     )
 
 
-def _band_shares_less_rolling(parameter: FloatArray) -> FloatArray:
+def _shares_as_rolling_band_shrinks(parameter: FloatArray) -> FloatArray:
     """Shares of the bands, (..., 3), while the band of the rolling speed shrinks to its limit."""
     zeros = np.zeros_like(parameter)
     return np.stack([_NARROWEST_BAND**parameter, zeros, zeros], axis=-1)

@@ -2,8 +2,9 @@
 
 Beside the loads of `quasistatic`, the three moments on each ball and its force along the orbit
 balance. They come from traction in both ellipses, rolling resistance, drag of the oil and the cage.
-The results are spin and tilt of the ball, gyroscopic slip and the speed of the cage. Each term is a
-pair of forces on two bodies. Hence the power that the rings supply is the sum of all friction heat.
+The results are the rotation of the ball and the tilt of its axis, gyroscopic slip and the speed of
+the cage. Each term is a pair of forces on two bodies. Hence the power that the rings supply is the
+sum of all friction heat.
 
 The axes x, r, t and the normal n of a contact are those of `quasistatic`.
 
@@ -65,9 +66,9 @@ _LARGEST_CAGE_SLIP_OF_LAW = 0.9
 _SMALLEST_SCALE_RAD_S = 1e-3
 
 
-# Widths of the bands in which jumps of the balance are smoothed. The columns are:
+# Half-widths of the bands about 0 in which jumps of the balance are smoothed. The columns are:
 # rolling speed, relative to that of balls that roll between the rings;
-# spin of a ball, relative to that of balls that roll between the rings;
+# rotation of a ball, relative to that of balls that roll between the rings;
 # entrainment speed, in m/s.
 # With narrower bands (0.2 %) curves stay unfinished, with wider ones (1, 2 %) some turn back.
 FULL_BANDS = np.array([[0.005, 0.005, 2.0]])
@@ -119,11 +120,11 @@ class Balance:
 class FrictionProblem:
     """A bearing at operating points, and the equations of its friction equilibrium.
 
-    Each point has seven unknowns: centre of the ball (x, r) in m, its spin (x, r, t) in rad/s,
-    speed of cage and balls in rad/s, displacement of the inner ring along x in m.
+    Each point has seven unknowns: centre of the ball (x, r) in m, its rotation (x, r, t) in
+    rad/s, speed of cage and balls in rad/s, displacement of the inner ring along x in m.
 
     The balance is not smooth everywhere. Rolling resistance jumps where the speeds of the surfaces
-    cancel. The friction of a pocket turns where the spin of the ball changes its axis. A law of the
+    cancel. The friction of a pocket turns with the axis of the ball's rotation. A law of the
     slide-roll ratio has a pole at entrainment speed 0. A curve of equilibria can only be followed
     where the balance is smooth, so that it is smoothed within bands.
 
@@ -133,7 +134,7 @@ class FrictionProblem:
         lubrication: The oil at each point.
         law: The traction law.
         rule: Quadrature rule of the ellipse.
-        bands: Widths of the bands, with the columns of `FULL_BANDS`: one row, or shape
+        bands: Half-widths of the bands, with the columns of `FULL_BANDS`: one row, or shape
             (..., points, 3). Outside the bands the balance is exact.
     """
 
@@ -189,8 +190,10 @@ class FrictionProblem:
         )
         pocket_force_n = drag_n - _sum_over_contacts(film_traction.force_along_n + push_n)
         pocket_friction = self._pocket_friction(pocket_force_n, motion, resistance_share)
-        cage_lag_rad_s = ring_speed_rad_s[:, self._guiding_ring()] - motion.orbit_speed_rad_s
-        land_moment_n_m = self._land_moment_n_m(cage_lag_rad_s, resistance_share)
+        land_sliding_rad_s = (
+            ring_speed_rad_s[:, self._guiding_ring_index()] - motion.orbit_speed_rad_s
+        )
+        land_moment_n_m = self._land_moment_n_m(land_sliding_rad_s, resistance_share)
         imbalance_n = self._imbalance_n(
             contacts,
             motion,
@@ -205,11 +208,11 @@ class FrictionProblem:
             + rolling_resistance.moment_n_m * n_r
             - rolling_resistance.force_n * race_radius_m
         )
-        ring_moment_n_m[..., self._guiding_ring()] -= land_moment_n_m
-        feed_torque_n_m = self.feed_torque_n_m() / bearing.ball_count
-        ring_moment_n_m[..., 0] -= feed_torque_n_m
+        ring_moment_n_m[..., self._guiding_ring_index()] -= land_moment_n_m
+        feed_torque_per_ball_n_m = self.feed_torque_n_m() / bearing.ball_count
+        ring_moment_n_m[..., 0] -= feed_torque_per_ball_n_m
         feed_heat_w = np.broadcast_to(
-            feed_torque_n_m * ring_speed_rad_s[:, 0], orbit_speed_m_s.shape
+            feed_torque_per_ball_n_m * ring_speed_rad_s[:, 0], orbit_speed_m_s.shape
         )
         heats_w = (
             _sum_over_contacts(film_traction.heat_w),
@@ -217,7 +220,7 @@ class FrictionProblem:
             rolling_resistance.moment_heat_w,
             drag_n * orbit_speed_m_s,
             pocket_friction.heat_w,
-            land_moment_n_m * cage_lag_rad_s,
+            land_moment_n_m * land_sliding_rad_s,
             feed_heat_w,
         )
         return Balance(
@@ -282,7 +285,7 @@ class FrictionProblem:
     def _pocket_friction(
         self, pocket_force_n: FloatArray, motion: Motion, resistance_share: Floats
     ) -> "_PocketFriction":
-        """Coulomb friction between pocket and ball, which acts against the spin.
+        """Coulomb friction between pocket and ball, which acts against the ball's rotation.
 
         Args:
             pocket_force_n: Force of the pocket on the ball along t, shape (..., points).
@@ -294,38 +297,43 @@ class FrictionProblem:
         friction_n = (
             friction_factor * self.bearing.cage.pocket_friction_coefficient * pocket_force_n
         )
-        spin_x = motion.spin_rad_s[..., 0]
-        spin_r = motion.spin_rad_s[..., 1]
-        spin_rad_s = np.sqrt(spin_x**2 + spin_r**2)
-        spin_sign = smooth_sign(spin_rad_s, self.bands[..., 1] * self.rolling_spin_rad_s())
-        # component of the axis over that of the spin
-        axis_per_spin = spin_sign / np.maximum(spin_rad_s, np.finfo(float).tiny)
-        axis_x = spin_x * axis_per_spin
-        axis_r = spin_r * axis_per_spin
+        rotation_x = motion.rotation_rad_s[..., 0]
+        rotation_r = motion.rotation_rad_s[..., 1]
+        rotation_rad_s = np.sqrt(rotation_x**2 + rotation_r**2)
+        smoothed_sign = smooth_sign(
+            rotation_rad_s, self.bands[..., 1] * self.rolling_rotation_rad_s()
+        )
+        # component of the axis over that of the rotation
+        axis_per_rotation = smoothed_sign / np.maximum(rotation_rad_s, np.finfo(float).tiny)
+        axis_x = rotation_x * axis_per_rotation
+        axis_r = rotation_r * axis_per_rotation
         moment_n_m = np.abs(friction_n) * ball_radius_m
         return _PocketFriction(
             pocket_force_n=pocket_force_n,
-            # the friction force is normal to the axis of the spin
+            # the friction force is normal to the axis of the rotation
             force_x_n=friction_n * axis_r,
             force_r_n=-friction_n * axis_x,
             moment_x_n_m=moment_n_m * axis_x,
             moment_r_n_m=moment_n_m * axis_r,
-            heat_w=moment_n_m * spin_rad_s,
+            heat_w=moment_n_m * rotation_rad_s,
         )
 
-    def _guiding_ring(self) -> int:
+    def _guiding_ring_index(self) -> int:
         """Axis index of the ring that guides the cage: 0 for the inner ring, 1 for the outer."""
         return 1 if self.bearing.cage.guided_by_outer_ring else 0
 
-    def _land_moment_n_m(self, cage_lag_rad_s: FloatArray, resistance_share: Floats) -> FloatArray:
+    def _land_moment_n_m(
+        self, land_sliding_rad_s: FloatArray, resistance_share: Floats
+    ) -> FloatArray:
         """Moment of the guiding ring on a ball's share of the cage, shape (..., points).
 
         Args:
-            cage_lag_rad_s: Speed of the guiding ring less that of the cage.
+            land_sliding_rad_s: Speed of the guiding ring less that of the cage; below 0 where
+                the cage is faster.
             resistance_share: As for `balance`.
         """
         factor = resistance_share * self.lubrication.factor("land") / self.bearing.ball_count
-        return factor * land_damping_n_m_s(self.bearing, self.lubrication) * cage_lag_rad_s
+        return factor * land_damping_n_m_s(self.bearing, self.lubrication) * land_sliding_rad_s
 
     def _imbalance_n(
         self,
@@ -351,10 +359,10 @@ class FrictionProblem:
         )
         contact_moment_x_n_m = moment_about_normal_n_m * n_x - moment_about_across_n_m * n_r
         contact_moment_r_n_m = moment_about_normal_n_m * n_r + moment_about_across_n_m * n_x
-        # gyroscopic moment over the spin
+        # gyroscopic moment over the rotation
         gyroscopic_n_m_s = resistance_share * bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
-        gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 2]
-        gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.spin_rad_s[..., 1]
+        gyroscopic_moment_r_n_m = gyroscopic_n_m_s * motion.rotation_rad_s[..., 2]
+        gyroscopic_moment_t_n_m = gyroscopic_n_m_s * motion.rotation_rad_s[..., 1]
 
         force_x_n = _sum_over_contacts(contact_force_x_n) + pocket_friction.force_x_n
         outward_force_n = pocket_friction.force_r_n + centrifugal_force_n(bearing, contacts, motion)
@@ -402,7 +410,7 @@ class FrictionProblem:
         """
         bearing, oil = self.bearing, self.lubrication.oil_in_contacts
         load_n = contacts.load_n
-        speed_sum_m_s = sliding_state.race_speed_rad_s * race_radius_m
+        speed_sum_m_s = sliding_state.relative_race_speed_rad_s * race_radius_m
         speed_sum_m_s -= sliding_state.roll_rad_s * (bearing.ball_diameter_m / 2)
         mean_speed_m_s = np.abs(speed_sum_m_s / 2)
         radius_x_m = bearing.radius_x_m(np.abs(contacts.normal[..., 1, :]))
@@ -465,17 +473,17 @@ class FrictionProblem:
         A search for the equilibrium starts there.
         """
         rolling_equilibrium = raceway_control_equilibrium(
-            self.bearing, self.points, gyroscopic_sign=0.0
+            self.bearing, self.points, gyroscopic_factor=0.0
         )
         ball_position_m = rolling_equilibrium.solution.unknowns[:, :2]
         ring_displacement_m = rolling_equilibrium.solution.unknowns[:, 2]
         motion = rolling_equilibrium.motion
         return np.column_stack(
-            [ball_position_m, motion.spin_rad_s, motion.orbit_speed_rad_s, ring_displacement_m]
+            [ball_position_m, motion.rotation_rad_s, motion.orbit_speed_rad_s, ring_displacement_m]
         )
 
-    def rolling_spin_rad_s(self) -> FloatArray:
-        """Spin of balls that roll between the rings, shape (points,)."""
+    def rolling_rotation_rad_s(self) -> FloatArray:
+        """Rotation of balls that roll between the rings, shape (points,)."""
         bearing = self.bearing
         speed_difference_m_s = self._ring_speed_difference_rad_s() * bearing.pitch_diameter_m
         return np.maximum(
@@ -494,7 +502,7 @@ class FrictionProblem:
     def scale(self) -> FloatArray:
         """Scale of each unknown, shape (points, 7)."""
         ring_speed_rad_s = self.points.ring_speed_rad_s
-        spin_scale_rad_s = self.rolling_spin_rad_s()
+        rotation_scale_rad_s = self.rolling_rotation_rad_s()
         orbit_scale_rad_s = np.maximum(
             np.abs(ring_speed_rad_s).max(axis=1) / 2, _SMALLEST_SCALE_RAD_S
         )
@@ -503,9 +511,9 @@ class FrictionProblem:
             [
                 length_scale_m,
                 length_scale_m,
-                spin_scale_rad_s,
-                spin_scale_rad_s,
-                spin_scale_rad_s,
+                rotation_scale_rad_s,
+                rotation_scale_rad_s,
+                rotation_scale_rad_s,
                 orbit_scale_rad_s,
                 length_scale_m,
             ]
@@ -540,10 +548,11 @@ class FrictionEquilibrium:
         ring_speed_rad_s = self.problem.points.ring_speed_rad_s
         ball_radius_m = self.problem.bearing.ball_diameter_m / 2
         roll_rad_s = np.abs(self.balance.sliding.roll_rad_s)
-        relative_roll = roll_rad_s / np.maximum(roll_rad_s.max(axis=-1, keepdims=True), 1e-300)
+        roll_over_larger = roll_rad_s / np.maximum(roll_rad_s.max(axis=-1, keepdims=True), 1e-300)
         orbit_radius_m = contacts.orbit_radius_m[..., np.newaxis]
         race_radius_m = orbit_radius_m + contacts.normal[..., 1, :] * ball_radius_m
-        weight = race_radius_m / np.maximum(relative_roll, 1e-3)
+        # without sliding, (ring speed - orbit speed) weight is equal and opposite at both races
+        weight = race_radius_m / np.maximum(roll_over_larger, 1e-3)
         rolling_orbit_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
         lag_rad_s = rolling_orbit_rad_s - motion.orbit_speed_rad_s
         return np.divide(
@@ -600,8 +609,8 @@ class _PocketFriction:
         pocket_force_n: Force of the pocket on the ball along t.
         force_x_n: Friction force on the ball along x.
         force_r_n: Friction force on the ball along r.
-        moment_x_n_m: Friction moment about x, against the spin of the ball.
-        moment_r_n_m: Friction moment about r, against the spin of the ball.
+        moment_x_n_m: Friction moment about x, against the rotation of the ball.
+        moment_r_n_m: Friction moment about r, against the rotation of the ball.
         heat_w: Friction heat.
     """
 

@@ -43,7 +43,8 @@ class Cage:
         guided_by_outer_ring: True if the land of the outer ring guides it, False if that of the
             inner ring does.
         land_diameter_m: Diameter of the guiding land.
-        land_width_m: Width of both lands together.
+        land_width_m: Width of the two lands of that ring together, one on either side of its
+            groove.
         land_clearance_m: Radial clearance between cage and land.
         pocket_friction_coefficient: Coulomb coefficient between ball and pocket.
     """

@@ -113,11 +113,12 @@ class Motion:
 
     Attributes:
         orbit_speed_rad_s: Speed of the ball's centre about the bearing's axis, shape (...).
-        spin_rad_s: Rotation of the ball in the frame that travels with it, (..., 3) of (x, r, t).
+        rotation_rad_s: Rotation w of the ball in the frame that travels with it, (..., 3) of
+            (x, r, t). Spin, its part about the normal of a contact, is in `ellipse.Sliding`.
     """
 
     orbit_speed_rad_s: FloatArray
-    spin_rad_s: FloatArray
+    rotation_rad_s: FloatArray
 
 
 @dataclass(frozen=True)
@@ -233,15 +234,16 @@ def rolling_motion(bearing: Bearing, contacts: Contacts, ring_speed_rad_s: Float
     axis_x = cosine[..., 1] + ball_radius_m / contacts.orbit_radius_m
     axis_r = sine[..., 1]
     axis_length = np.hypot(axis_x, axis_r)
-    # distance of each contact from the ball's axis, over the ball's radius, times the length
+    # distance of each contact from the ball's axis over the ball's radius, times `axis_length`
     relative_lever = cosine * axis_x[..., np.newaxis] + sine * axis_r[..., np.newaxis]
+    # without sliding, (ring speed - orbit speed) weight is equal and opposite at both races
     weight = race_radius_m * axis_length[..., np.newaxis] / relative_lever
     orbit_speed_rad_s = (ring_speed_rad_s * weight).sum(axis=-1) / weight.sum(axis=-1)
     relative_orbit_rad_s = orbit_speed_rad_s - ring_speed_rad_s[..., 1]
-    spin_rad_s = relative_orbit_rad_s * weight[..., 1] / (ball_radius_m * axis_length)
+    rotation_rad_s = relative_orbit_rad_s * weight[..., 1] / (ball_radius_m * axis_length)
     return Motion(
         orbit_speed_rad_s,
-        np.stack([-spin_rad_s * axis_x, spin_rad_s * axis_r, 0 * spin_rad_s], axis=-1),
+        np.stack([-rotation_rad_s * axis_x, rotation_rad_s * axis_r, 0 * rotation_rad_s], axis=-1),
     )
 
 
@@ -251,13 +253,15 @@ def centrifugal_force_n(bearing: Bearing, contacts: Contacts, motion: Motion) ->
 
 
 def gyroscopic_moment_n_m(bearing: Bearing, motion: Motion) -> FloatArray:
-    """Moment that turns each ball's spin along its orbit, J Omega x w: (..., 3) of (x, r, t).
+    """Moment that turns each ball's axis of rotation along its orbit, J Omega x w: (..., 3).
+
+    Components are (x, r, t).
 
     Friction must supply this moment. About t it is J Omega w_r = J Omega w sin(beta).
     """
     inertia_times_orbit = bearing.ball_inertia_kg_m2 * motion.orbit_speed_rad_s
-    w_r = motion.spin_rad_s[..., 1]
-    w_t = motion.spin_rad_s[..., 2]
+    w_r = motion.rotation_rad_s[..., 1]
+    w_t = motion.rotation_rad_s[..., 2]
     moment_r_n_m = -inertia_times_orbit * w_t
     moment_t_n_m = inertia_times_orbit * w_r
     return np.stack([0 * w_r, moment_r_n_m, moment_t_n_m], axis=-1)
@@ -272,7 +276,7 @@ def ball_force_scale_n(bearing: Bearing, points: OperatingPoints) -> FloatArray:
 
 
 def raceway_control_equilibrium(
-    bearing: Bearing, points: OperatingPoints, gyroscopic_sign: float = 1.0
+    bearing: Bearing, points: OperatingPoints, gyroscopic_factor: float = 1.0
 ) -> QuasiStaticEquilibrium:
     """Equilibrium of balls and inner ring, with the motion of `rolling_motion`.
 
@@ -282,7 +286,7 @@ def raceway_control_equilibrium(
     Args:
         bearing: The bearing.
         points: Loads and speeds.
-        gyroscopic_sign: Factor on the gyroscopic moment; -1 reverses it. Harris's equations hold
+        gyroscopic_factor: Factor on the gyroscopic moment; -1 reverses it. Harris's equations hold
             if his ball speed is negative for a turning inner ring. Programs that take it as
             positive reverse the moment, and so does much of the printed literature.
 
@@ -305,7 +309,7 @@ def raceway_control_equilibrium(
         normal = contacts.normal
         # tangential force of the outer race, which supplies the moment about t
         moment_t_n_m = gyroscopic_moment_n_m(bearing, motion)[..., 2]
-        tangential_force_n = gyroscopic_sign * 2 / bearing.ball_diameter_m * moment_t_n_m
+        tangential_force_n = gyroscopic_factor * 2 / bearing.ball_diameter_m * moment_t_n_m
         force_on_ball_n = -contacts.load_n[..., np.newaxis, :] * normal
         force_on_ball_n[..., 0, 1] -= tangential_force_n * normal[..., 1, 1]
         force_on_ball_n[..., 1, 1] += tangential_force_n * normal[..., 0, 1]
@@ -366,8 +370,8 @@ def _frictionless_state(bearing: Bearing, points: OperatingPoints) -> FloatArray
             lowest_angle_rad + interval_width_rad * np.arange(1, _INTERVAL_PARTS)
         )
         radial_distance_of_angle_m = (ball_distance_m * np.cos(contact_angle_rad)).sum(axis=-1)
-        is_too_small = radial_distance_of_angle_m > radial_distance_m
-        lowest_angle_rad = lowest_angle_rad + interval_width_rad * is_too_small.sum(
+        is_angle_too_small = radial_distance_of_angle_m > radial_distance_m
+        lowest_angle_rad = lowest_angle_rad + interval_width_rad * is_angle_too_small.sum(
             axis=-1, keepdims=True
         )
     contact_angle_rad, ball_distance_m = angles_and_ball_distances(

@@ -207,27 +207,27 @@ def _traction_heat_by_sliding(equilibrium: FrictionEquilibrium) -> dict[str, Flo
     t is the rolling direction, as in `ellipse`.
 
     - Gross: force along t times the sliding speed in the middle of the contact.
-    - Differential: what the force along t heats more or less than that, because the distance from
-      the ball's centre changes across the groove.
-    - Spin: moment about the normal times the spin of the ball relative to the race.
-    - Gyroscopic: moment about t times the spin of the ball about t.
+    - Differential: the rest of the heat by the force along t. The sliding speed is not that in the
+      middle everywhere, because the distance from the ball's centre changes across the groove.
+    - Spin: moment about the normal times the rotation about it, relative to the race.
+    - Gyroscopic: moment about t times the rotation of the ball about t.
     """
     balance = equilibrium.balance
     forces, sliding_state = balance.traction, balance.sliding
-    orbital_speed_m_s = (
-        sliding_state.race_speed_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
+    race_speed_at_orbit_m_s = (
+        sliding_state.relative_race_speed_rad_s * balance.contacts.orbit_radius_m[:, np.newaxis]
     )
     middle_roll_heat_w = (
         sliding_state.relative_roll_rad_s * sliding_state.middle_height_m * forces.force_along_n
     )
-    # spin of the ball about t; the slice keeps the axis of the contacts
-    tangent_spin_rad_s = balance.motion.spin_rad_s[:, 2:]
+    # rotation of the ball about t; the slice keeps the axis of the contacts
+    gyroscopic_rotation_rad_s = balance.motion.rotation_rad_s[:, 2:]
     heats_w = {
-        "gross": forces.force_along_n * orbital_speed_m_s + middle_roll_heat_w,
+        "gross": forces.force_along_n * race_speed_at_orbit_m_s + middle_roll_heat_w,
         "spin": -sliding_state.relative_spin_rad_s * forces.moment_about_normal_n_m,
         "differential": -sliding_state.relative_roll_rad_s * forces.moment_about_across_n_m
         - middle_roll_heat_w,
-        "gyroscopic": -tangent_spin_rad_s * forces.moment_about_tangent_n_m,
+        "gyroscopic": -gyroscopic_rotation_rad_s * forces.moment_about_tangent_n_m,
     }
     return {name: heat_w.sum(axis=1) for name, heat_w in heats_w.items()}
 

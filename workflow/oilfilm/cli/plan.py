@@ -291,7 +291,7 @@ def _lines_of_budget(
         f"of {budget.law_share:.0%} in its variance. With exact traction it would be "
         f"{_uncertainty_text(target, irreducible)}."
     )
-    if budget.is_reducible_by_tests:
+    if budget.tests_may_help:
         return
     cause = CAUSE_BY_NAME[budget.largest_cause]
     yield (
@@ -318,7 +318,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         yield from _lines_of_budget(
             plan.oil_name, target, plan.budget, plan.irreducible_uncertainty
         )
-        if target == "torque" and not plan.budget.is_reducible_by_tests:
+        if target == "torque" and not plan.budget.tests_may_help:
             return
     target_in_words, _, _ = _PRINTED_TARGETS[target]
     information = plan.information
@@ -326,7 +326,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     yield (
         f"{plan.oil_name}{in_bearing}: standard uncertainty of the {target_in_words} from the "
         f"law, root mean square over {len(plan.wanted.labels)} operating points: "
-        f"{_uncertainty_text(target, plan.design.uncertainty_before)}; largest "
+        f"{_uncertainty_text(target, plan.curve_plan.uncertainty_before)}; largest "
         f"{_largest_with_point(plan, information.precision)}."
     )
     if information.calibration_uncertainties.any():
@@ -348,7 +348,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
         new_columns = {
             "law_uncertainty_then": [
                 _uncertainty_text(target, law_uncertainty)
-                for law_uncertainty in plan.design.uncertainty_after
+                for law_uncertainty in plan.curve_plan.uncertainty_after
             ]
         }
         if plan.irreducible_uncertainty:
@@ -357,7 +357,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
                 for whole_uncertainty in tests["uncertainty_with_plan"]
             ]
         yield _table_text(tests[["test_order", *_RUN_COLUMNS]].assign(**new_columns))
-        largest_part = _largest_with_point(plan, plan.design.final_precision)
+        largest_part = _largest_with_point(plan, plan.curve_plan.final_precision)
         yield f"Largest part by the law after the plan: {largest_part}."
     if len(tests) < count:
         more = "more " if len(tests) else ""

@@ -26,10 +26,10 @@ DUTY_COLUMNS = ("axial_load_n", "inner_speed_rpm", "oil_temperature_c")
 # Most operating points of a campaign that have shares of variance. The shares of a point take as
 # long to calculate as ten intervals.
 _MOST_POINTS_WITH_SHARES = 8
-# Causes that tests of traction make smaller.
-_CAUSES_REDUCED_BY_TESTS = ("law", "runs", "rig")
-# Everything else together: what is left where the law and its rig are exact. The scatter of runs is
-# among it, because one more run does not make the next one scatter less.
+# Causes in the traction. Tests of traction are planned where one of them has the largest share.
+_TRACTION_CAUSES = ("law", "runs", "rig")
+# What is left where the law and its rig are exact, as one cause. The scatter of runs is part of it,
+# because one more run does not make the next one scatter less.
 _IRREDUCIBLE_CAUSES = {
     "irreducible": tuple(
         name
@@ -222,7 +222,7 @@ def campaign_answers(oils: Sequence[OilInBearing], settings: Settings) -> dict[s
         return {table_name: tables.empty_table(table_name) for table_name in table_names}
     bearing = settings.tested_bearing()
     points = operating_point_table(bearing, *duty_points(settings, bearing).T).drop_duplicates()
-    has_shares = _is_evenly_spaced(len(points))
+    has_shares = _evenly_spaced_mask(len(points))
     answered = calculate_answers(
         oils,
         bearing,
@@ -248,7 +248,7 @@ class UncertaintyBudget(NamedTuple):
             if the law and its rig are exact, shape (points,); NaN where it is not known.
         largest_cause: The cause with the largest median share; empty where it is not known.
         largest_share: Median share of that cause; NaN where it is not known.
-        law_share: Sum of the median shares of the law, its rig and its runs.
+        law_share: Sum of the median shares of all of traction: the law, its rig and its runs.
     """
 
     uncertainty: float
@@ -258,9 +258,9 @@ class UncertaintyBudget(NamedTuple):
     law_share: float
 
     @property
-    def is_reducible_by_tests(self) -> bool:
-        """Whether tests of traction can reduce the largest share; true where no share is known."""
-        return self.largest_cause in ("", *_CAUSES_REDUCED_BY_TESTS)
+    def tests_may_help(self) -> bool:
+        """Whether traction has the largest share, or no share is known."""
+        return self.largest_cause in ("", *_TRACTION_CAUSES)
 
 
 def uncertainty_budgets(
@@ -282,7 +282,9 @@ def uncertainty_budgets(
         "torque": calculated["torque_n_m_uncertainty"] / calculated["torque_n_m"],
         "cage_slip": calculated["cage_slip_uncertainty"],
     }
-    shares_by_cause = random_draws.calculate_shares(np.flatnonzero(_is_evenly_spaced(len(points))))
+    shares_by_cause = random_draws.calculate_shares(
+        np.flatnonzero(_evenly_spaced_mask(len(points)))
+    )
     irreducible_shares = random_draws.calculate_shares(
         np.arange(len(points)), _IRREDUCIBLE_CAUSES
     ).set_index("point")
@@ -305,13 +307,13 @@ def uncertainty_budgets(
             irreducible_uncertainty_of_point=irreducible_uncertainty,
             largest_cause=cause,
             largest_share=float(median_share[cause]),
-            law_share=float(median_share[list(_CAUSES_REDUCED_BY_TESTS)].sum()),
+            law_share=float(median_share[list(_TRACTION_CAUSES)].sum()),
         )
     return budget_by_target
 
 
-def _is_evenly_spaced(point_count: int) -> BoolArray:
-    """Evenly spaced points, which have shares of variance: shape (points,)."""
+def _evenly_spaced_mask(point_count: int) -> BoolArray:
+    """True for the evenly spaced points that have shares of variance, shape (points,)."""
     chosen_index = (
         np.linspace(0, point_count - 1, min(point_count, _MOST_POINTS_WITH_SHARES))
         .round()

@@ -1,4 +1,7 @@
-"""A fitted traction law in bearings: tables of torque, inversion, cage slip and size effect."""
+"""A fitted traction law in bearings: tables of torque, inversion, cage slip and size effect.
+
+Inversion finds the traction coefficient that gives the measured torque of a bearing.
+"""
 
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -210,16 +213,16 @@ class FrictionCases:
 
     def _result_table(self, equilibrium: FrictionEquilibrium) -> pd.DataFrame:
         """Columns of `torque_terms`, the verdict on pressure, and the columns of the points."""
-        tested = {}
+        tested_ranges = {}
         for quantity in _TESTED_QUANTITIES:
             range_of_point = self._repeat_for_points(
                 [oil.tested_ranges[quantity] for oil in self.oil_of_group]
             )
             # first row: lowest level of each point; second row: highest
-            tested[quantity] = range_of_point.T
+            tested_ranges[quantity] = range_of_point.T
         stress_ratios = [oil.properties.limiting_stress_ratio for oil in self.oil_of_group]
         calculated = _null_without_equilibrium(
-            torque_terms(equilibrium, tested, self._repeat_for_points(stress_ratios))
+            torque_terms(equilibrium, tested_ranges, self._repeat_for_points(stress_ratios))
         )
         calculated["below_law_floor"] = _flag_or_null(
             self._is_below_law_floor(equilibrium), calculated["converged"].to_numpy(dtype=bool)

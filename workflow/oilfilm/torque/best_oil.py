@@ -51,7 +51,7 @@ def arrays_by_oil(
     ]
 
 
-# Entry for an oil's name in tables.
+# Entry of tables in place of an oil's name.
 NOT_KNOWN = "not known"
 
 

@@ -105,7 +105,7 @@ def heat_balance(
         return np.asarray(inlet_temperature_c[point_index] + supply.outlet_weight * rise_k)
 
     def excess_cooling_w(rise_k: FloatArray, point_index: IndexArray) -> FloatArray:
-        """Heat taken by the oil less the friction heat; 0 in the balance."""
+        """Heat taken by the oil less its share of the friction heat; 0 in the balance."""
         inlet_c = inlet_temperature_c[point_index]
         friction_heat_to_oil_w = supply.heat_share * friction_heat_w(
             contact_temperature_at_rise_c(rise_k, point_index), point_index

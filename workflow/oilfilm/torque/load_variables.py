@@ -14,6 +14,7 @@ from oilfilm.fits.fitted import FittedLaw
 from oilfilm.physics.contact import Conditions, Contact, creep_slope
 from oilfilm.traction.law import to_internal
 
+# Load variables of the campaign's law; `stress` is the maximum Hertz pressure.
 LOAD_VARIABLES = ("stress", "load", "dimensionless_load")
 # Smallest p_max/E' for the creep of the bodies. The solver may try contacts without load.
 _SMALLEST_RELATIVE_PRESSURE = 1e-9
@@ -21,12 +22,13 @@ _SMALLEST_RELATIVE_PRESSURE = 1e-9
 
 @dataclass(frozen=True)
 class LawInBearing:
-    """A fitted law whose power law of stress is evaluated with stress, load or W/(E' R^2).
+    """A fitted law whose power law of pressure is evaluated with pressure, load or W/(E' R^2).
 
-    With the ball and flat of one traction rig the three are equal: the load is proportional to the
-    cube of the stress. All three then fit the same data; with load, the exponents are a third of
-    those with stress. In a bearing they differ, because the balls have other sizes and the contacts
-    are elliptical. R is then Rx, the reduced radius along the rolling direction.
+    The pressure is the maximum Hertz pressure. With the ball and flat of one traction rig the three
+    are equal: the load is proportional to the cube of the pressure. All three then fit the same
+    data; with load, the exponents are a third of those with pressure. In a bearing they differ,
+    because the balls have other sizes and the contacts are elliptical. R is then Rx, the reduced
+    radius along the rolling direction.
 
     A law that was fitted to the load itself is the same with every load variable. It is evaluated
     with the load of the contact, or with dimensionless groups of the load, Rx and E'.
@@ -124,14 +126,14 @@ class LawInBearing:
     def _level_by_condition(self, conditions: Conditions) -> dict[str, FloatArray]:
         """Levels of the conditions of contacts, by the names that laws give them."""
         return {
-            "max_hertz_pressure_gpa": self._stress_gpa(conditions),
+            "max_hertz_pressure_gpa": self._equivalent_pressure_gpa(conditions),
             "load_n": conditions.load_n,
             "entrainment_speed_m_s": conditions.entrainment_speed_m_s,
             "inlet_temperature_c": conditions.inlet_temperature_c,
         }
 
-    def _stress_gpa(self, conditions: Conditions) -> FloatArray:
-        """Stress at which the rig's contact has the load variable of the bearing's contact."""
+    def _equivalent_pressure_gpa(self, conditions: Conditions) -> FloatArray:
+        """Pressure at which the rig's contact has the load variable of the bearing's contact."""
         if self.load_variable == "stress":
             return conditions.max_hertz_pressure_gpa
         load_ratio = conditions.load_n / self.rig_contact.load_n(1.0)
@@ -148,23 +150,23 @@ class JoinedLaw:
 
     Attributes:
         laws: The laws, with constants for every point.
-        law_of_point: Index of each point's law, shape (points,).
+        law_index_of_point: Index of each point's law, shape (points,).
     """
 
     laws: Sequence[LawInBearing]
-    law_of_point: IndexArray
+    law_index_of_point: IndexArray
 
     def __call__(self, conditions: Conditions, slide_roll_ratio: FloatArray) -> FloatArray:
         """See `TractionLaw`."""
         mu = np.empty_like(slide_roll_ratio)
         for law_index, law in enumerate(self.laws):
-            point_index_of_law = np.flatnonzero(self.law_of_point == law_index)
+            point_index_of_law = np.flatnonzero(self.law_index_of_point == law_index)
             if len(point_index_of_law) == 0:
                 continue
             # the last axes are points, contacts and nodes
             array_index = (..., point_index_of_law, slice(None), slice(None))
-            law_at_points = law.at_points(point_index_of_law)
-            mu[array_index] = law_at_points(
+            law_of_these_points = law.at_points(point_index_of_law)
+            mu[array_index] = law_of_these_points(
                 conditions.select(*array_index), slide_roll_ratio[array_index]
             )
         return mu
@@ -172,7 +174,7 @@ class JoinedLaw:
     def at_points(self, point_index: IndexArray) -> "JoinedLaw":
         """See `TractionLaw`."""
         return JoinedLaw(
-            [law.at_points(point_index) for law in self.laws], self.law_of_point[point_index]
+            [law.at_points(point_index) for law in self.laws], self.law_index_of_point[point_index]
         )
 
 
@@ -191,21 +193,21 @@ def join_laws(laws: Sequence[LawInBearing], point_counts: Sequence[int]) -> Trac
     laws_of_kinds = []
     for kind in kinds:
         first_of_kind = laws[kind_of_group.index(kind)]
-        internal_of_group = []
+        internal_constants_of_group = []
         for law, group_kind, point_count in zip(laws, kind_of_group, point_counts, strict=True):
             # groups of another kind have constants as well, which are not used
             internal_constants = (
                 law.internal_constants if group_kind == kind else first_of_kind.internal_constants
             )
-            internal_of_group.append(
+            internal_constants_of_group.append(
                 np.resize(
                     internal_constants, (point_count, first_of_kind.internal_constants.shape[1])
                 )
             )
         laws_of_kinds.append(
-            replace(first_of_kind, internal_constants=np.concatenate(internal_of_group))
+            replace(first_of_kind, internal_constants=np.concatenate(internal_constants_of_group))
         )
     if len(laws_of_kinds) == 1:
         return laws_of_kinds[0]
-    law_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], point_counts)
-    return JoinedLaw(laws_of_kinds, law_of_point)
+    law_index_of_point = np.repeat([kinds.index(kind) for kind in kind_of_group], point_counts)
+    return JoinedLaw(laws_of_kinds, law_index_of_point)

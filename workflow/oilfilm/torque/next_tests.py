@@ -160,7 +160,7 @@ class NextTests:
         wanted: Quantities whose uncertainty is to be reduced.
         candidates: Tests that the rig can run.
         gradients: Gradients of these quantities by all parameters of `information`.
-        design: The chosen tests, and the law's part of the uncertainty before and after them.
+        curve_plan: The chosen tests, and the law's part of the uncertainty before and after them.
     """
 
     oil_name: str
@@ -171,7 +171,7 @@ class NextTests:
     wanted: WantedQuantities
     candidates: CandidateTests
     gradients: FloatArray
-    design: CurvePlan
+    curve_plan: CurvePlan
 
     def total_uncertainty(self, uncertainty_by_law: Floats) -> FloatArray:
         """The whole uncertainty with some parts by the law, of the shape of these parts."""
@@ -179,13 +179,13 @@ class NextTests:
 
     def table(self) -> pd.DataFrame:
         """Rows of the table `test_plan`."""
-        design = self.design
+        curve_plan = self.curve_plan
         tests = self.candidates.tests
         test_order = np.zeros(len(tests), dtype=np.int64)
-        test_order[design.chosen_indices] = np.arange(1, len(design.chosen_indices) + 1)
+        test_order[curve_plan.chosen_indices] = np.arange(1, len(curve_plan.chosen_indices) + 1)
         uncertainty_with_plan = np.full(len(tests), np.nan)
-        uncertainty_with_plan[design.chosen_indices] = self.total_uncertainty(
-            design.uncertainty_after
+        uncertainty_with_plan[curve_plan.chosen_indices] = self.total_uncertainty(
+            curve_plan.uncertainty_after
         )
         return tests.assign(
             oil=self.oil_name,
@@ -193,8 +193,8 @@ class NextTests:
             target=self.wanted.target,
             test_order=test_order,
             uncertainty_without_law=self.irreducible_uncertainty,
-            uncertainty_now=float(self.total_uncertainty(design.uncertainty_before)),
-            uncertainty_with_test=self.total_uncertainty(design.uncertainty_with_one),
+            uncertainty_now=float(self.total_uncertainty(curve_plan.uncertainty_before)),
+            uncertainty_with_test=self.total_uncertainty(curve_plan.uncertainty_with_one),
             uncertainty_with_plan=uncertainty_with_plan,
         )
 
@@ -346,9 +346,9 @@ def _plan_for_target(
         irreducible_uncertainty = float(
             np.sqrt(np.mean(budget.irreducible_uncertainty_of_point[wanted.point_index] ** 2))
         )
-        if wanted.target == "torque" and not budget.is_reducible_by_tests:
+        if wanted.target == "torque" and not budget.tests_may_help:
             test_count = 0
-    design = choose_curves(
+    curve_plan = choose_curves(
         information_with_form.precision,
         information_with_form.precision_of_curves(candidates.curves, candidates.form_error),
         gradients,
@@ -364,7 +364,7 @@ def _plan_for_target(
         wanted=wanted,
         candidates=candidates,
         gradients=gradients,
-        design=design,
+        curve_plan=curve_plan,
     )
 
 

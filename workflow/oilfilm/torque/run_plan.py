@@ -110,14 +110,14 @@ class RunLimits:
         film: Film of the oil; None where its properties are not known.
         lambda_limit: A film is full above this ratio.
         measured: The measured runs.
-        largest_traction: Expected largest traction coefficient where no run was measured.
+        largest_mu_without_runs: Largest traction coefficient to expect where no run was measured.
     """
 
     rig: PlannedRig
     film: OilFilm | None
     lambda_limit: float
     measured: MeasuredRuns
-    largest_traction: float
+    largest_mu_without_runs: float
 
     def judge(self, conditions: FloatArray) -> JudgedTests:
         """Judge runs at some conditions, shape (runs, 3)."""
@@ -139,7 +139,7 @@ class RunLimits:
     def _expected_mu(self, conditions: FloatArray) -> FloatArray:
         """Largest mu of the nearest measured run, shape (runs,)."""
         if not len(self.measured.conditions):
-            return np.full(len(conditions), self.largest_traction)
+            return np.full(len(conditions), self.largest_mu_without_runs)
         scaled_measured = scaled_conditions(self.measured.conditions)
         scaled_planned = scaled_conditions(conditions)
         # a tree, because all pairs of a large campaign do not fit into memory

@@ -254,7 +254,7 @@ class RandomDraws:
             calculated.iloc[self.drawn_point_index][list(DRAWN_RESULTS)].to_numpy(dtype=float).T
         )
         correction = fine_results - _result_arrays(nominal_equilibrium)
-        is_same_branch = np.abs(correction[1]) < _SAME_BRANCH_SLIP
+        is_same_branch = np.abs(correction[DRAWN_RESULTS.index("cage_slip")]) < _SAME_BRANCH_SLIP
         self._correction = np.where(is_same_branch, correction, 0.0)
 
     def calculate_results(self) -> FloatArray:
@@ -325,21 +325,22 @@ class RandomDraws:
                 {name: np.concatenate([variant[name] for variant in variants]) for name in numbers}
             )
         results = self._solve_draws(joined_numbers_of_group, position_in_drawn)
+        torque_n_m = self.calculate_results()[0][:, self.drawn_point_index[position_in_drawn]]
+        has_enough_draws = _has_enough_draws(
+            np.isfinite(torque_n_m), self._settings.uncertainty.lost_share_max
+        )
         results_by_variant = results.reshape(
             len(DRAWN_RESULTS), 1 + len(causes), _DRAW_PAIRS, len(position_in_drawn)
         )
+        # of torque and cage slip: lambda has no shares, and is NaN in cold oil
+        results_by_variant = np.where(has_enough_draws, results_by_variant[:2], 0.0)
         first_results, redrawn_results = results_by_variant[:, :1], results_by_variant[:, 1:]
         with np.errstate(invalid="ignore", divide="ignore"):
             variance = np.nanvar(first_results, axis=2, ddof=1) + np.nanvar(
                 redrawn_results, axis=2, ddof=1
             )
             shares = np.nanmean((redrawn_results - first_results) ** 2, axis=2) / variance
-        torque_n_m = self.calculate_results()[0][:, self.drawn_point_index[position_in_drawn]]
-        has_enough_draws = _has_enough_draws(
-            np.isfinite(torque_n_m), self._settings.uncertainty.lost_share_max
-        )
-        shares = np.where(has_enough_draws, shares, np.nan)
-        torque_share, slip_share, _ = shares
+        torque_share, slip_share = np.where(has_enough_draws, shares, np.nan)
         return pd.DataFrame(
             {
                 "point": np.tile(self.drawn_point_index[position_in_drawn], len(causes)),
@@ -522,7 +523,8 @@ def add_uncertainty(
     columns: dict[str, FloatArray] = {}
     for name, drawn_values in draws_by_result.items():
         usable_values = np.where(has_enough_draws, drawn_values, 0.0)
-        # between these ranks the next draw is with 95 %; the usual ranks hold 93 % with 100 draws
+        # with these ranks the interval holds the next draw with a probability of 95 %; with the
+        # ranks that NumPy takes by default it would be 93 % for 100 draws
         lower, upper = np.nanquantile(
             usable_values, _INTERVAL_PROBABILITIES, axis=0, method="weibull"
         )
@@ -544,7 +546,7 @@ def _has_enough_draws(has_equilibrium: BoolArray, lost_share_max: float) -> Bool
     # counts are compared, because a mean may be rounded to either side of the limit
     lost_draws = (~has_equilibrium).sum(axis=0)
     has_few_lost_draws = lost_draws <= lost_share_max * len(has_equilibrium)
-    # where all draws may be lost: fewer than two have no spread
+    # the settings may allow any number of lost draws, but fewer than two draws have no spread
     return np.asarray(has_few_lost_draws & (has_equilibrium.sum(axis=0) >= 2))
 
 
