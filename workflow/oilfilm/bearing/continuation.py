@@ -32,6 +32,9 @@ _SHORTEST_STEP = 1e-6
 _LONGEST_STEP = 0.4
 # Steps of a curve, refused steps included, after which it is given up.
 _MAX_STEPS = 600
+# Steps in sequence below `kink_length`, after which a curve is given up: it goes back and forth
+# between the two sides of a kink.
+_MAX_STEPS_AT_KINK = 60
 # Corrections of a predicted state after which the step is refused.
 _MAX_CORRECTIONS = 6
 # The next step is not longer after a step with so many corrections.
@@ -83,6 +86,7 @@ class _Curves:
             shape.
         step_length: Length of the next step, shape (curves,).
         was_refused: True where the last step was refused, shape (curves,).
+        steps_at_kink: Number of last steps that were shorter than `kink_length`, shape (curves,).
     """
 
     point_index: IndexArray
@@ -92,6 +96,7 @@ class _Curves:
     curvature: FloatArray
     step_length: FloatArray
     was_refused: BoolArray
+    steps_at_kink: IndexArray
 
     def select(self, is_selected: BoolArray) -> "_Curves":
         """Some of the curves."""
@@ -103,6 +108,7 @@ class _Curves:
             curvature=self.curvature[is_selected],
             step_length=self.step_length[is_selected],
             was_refused=self.was_refused[is_selected],
+            steps_at_kink=self.steps_at_kink[is_selected],
         )
 
 
@@ -155,6 +161,7 @@ def trace(
         curvature=np.zeros_like(end_state),
         step_length=np.full(curve_count, _FIRST_STEP),
         was_refused=np.zeros(curve_count, dtype=bool),
+        steps_at_kink=np.zeros(curve_count, dtype=np.int64),
     )
     point_indices_of_crossings = [np.arange(0)]
     crossing_states = [np.empty((0, unknown_count + 1))]
@@ -181,7 +188,9 @@ def trace(
         reached_last_value[curves.point_index[reaches_last]] = True
         turned_back[curves.point_index[turns_back]] = True
         end_state[curves.point_index] = curves.state
-        has_stalled = curves.step_length < _SHORTEST_STEP
+        has_stalled = (curves.step_length < _SHORTEST_STEP) | (
+            curves.steps_at_kink > _MAX_STEPS_AT_KINK
+        )
         curves = curves.select(~(reaches_last | turns_back | has_stalled))
     point_index_of_crossing = np.concatenate(point_indices_of_crossings)
     unknowns = (np.concatenate(crossing_states) * state_scale[point_index_of_crossing])[:, :-1]
@@ -203,6 +212,8 @@ def _advance(
     tolerance: float,
 ) -> BoolArray:
     """One step of each curve, in place; True where the step was accepted."""
+    is_at_kink = curves.step_length < kink_length
+    curves.steps_at_kink[:] = np.where(is_at_kink, curves.steps_at_kink + 1, 0)
     step_length = curves.step_length[:, np.newaxis]
     predicted_state = (
         curves.state + step_length * curves.tangent + step_length**2 / 2 * curves.curvature
