@@ -352,6 +352,16 @@ def test_plan_lists_the_runs_that_a_campaign_lacks(
     assert "--count: " in capsys.readouterr().err
 
 
+def test_oil_without_a_fit_has_a_plan_of_runs_and_a_reason_for_no_plan_of_tests(
+    results: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert plan(results, "--oil", "4050") == 0
+    text = capsys.readouterr().out
+    assert "4050: " in text
+    assert "runs to make next" in text
+    assert re.search(r"(?m)^not planned: .*no fit of oil '4050'", text)
+
+
 def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixture[str]) -> None:
     arguments = ["plan", "--campaign", "laboratory", "--config", str(LABORATORY), "--oil", "4102"]
     assert main(arguments) == 0

@@ -60,6 +60,27 @@ def planted(form: float, repeats: int, draw: int) -> tuple[np.ndarray, ...]:
     return wave + shared + noise, run, condition[run], slip
 
 
+def test_an_exact_fit_lacks_nothing_and_copies_have_no_scatter() -> None:
+    run, condition = np.repeat(np.arange(6), 4), np.repeat([0, 0, 1, 1, 2, 2], 4)
+    slip = np.tile(np.arange(4), 6)
+    exact = lack_of_fit(np.zeros(24), run, condition, slip, constant_count=2)
+    assert (exact.noise, exact.form_rms, exact.ratio) == (0.0, 0.0, 0.0)
+    assert not exact.is_shown
+    # each value of a condition and a slip comes once in a run and three times in its copy
+    values = np.random.default_rng(5).standard_normal((200, 3, 1, 4))
+    for draw in values:
+        first, copy = draw.ravel(), np.tile(draw, (1, 3, 1)).ravel()
+        copied = lack_of_fit(
+            np.concatenate([first, copy]),
+            np.concatenate([np.repeat([0, 1, 2], 4), np.repeat([3, 4, 5], 12)]),
+            np.concatenate([np.repeat([0, 1, 2], 4), np.repeat([0, 1, 2], 12)]),
+            np.concatenate([np.tile(np.arange(4), 3), np.tile(np.arange(4), 9)]),
+            constant_count=2,
+        )
+        assert copied.noise < 1e-6
+        assert copied.is_shown
+
+
 def test_planted_noise_and_planted_wrong_form_are_found_apart() -> None:
     parts = lack_of_fit(*planted(1.2e-3, 20, draw=0), constant_count=1)
     assert parts.repeat_count == parts.repeated_condition_count == 20

@@ -70,6 +70,18 @@ def test_one_high_step_is_named_with_its_point_and_its_size():
     assert odd.expected_mu == pytest.approx(clean.mu[odd.point_index], rel=0.03)
 
 
+def test_a_step_is_named_although_its_whole_curve_is_high():
+    random = np.random.default_rng(33)
+    clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)
+    points_of_curve = np.flatnonzero(clean.curve_of_point == 7)
+    step = points_of_curve[8]
+    mu = clean.mu.copy()
+    mu[points_of_curve] *= 1.06
+    mu[step] *= 0.90
+    (odd,) = [shape for shape in curve_shapes(replace(clean, mu=mu), PAPER_LAW) if shape.is_odd]
+    assert (odd.curve_index, odd.point_index) == (7, step)
+
+
 def test_expected_traction_is_right_where_a_curve_is_ten_times_too_low():
     random = np.random.default_rng(37)
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)

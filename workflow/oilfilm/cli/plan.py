@@ -43,7 +43,7 @@ _SENTENCE_BY_REASON = {
     "planned": "the campaign's matrix has the condition, and no accepted run does",
     "third_level": "a law cannot be checked between two levels of a condition",
     "not_varied": "the effect of a condition is not known where it has one level",
-    "corner": "outside the tested corners of the box there is no support",
+    "corner": "no run is near this corner of the tested ranges, where a law is least certain",
     "repeat": "a condition that was measured, to know how runs scatter and drift",
     "first_plan": "nothing was measured yet: three pressures, four speeds, six temperatures",
 }
@@ -124,8 +124,14 @@ def _plans_of_tests(
     texts: list[str] = []
     reasons: list[str] = []
     fitted_oils = set(results.configured_fits.coefficients["oil"])
-    fitted_oil_names = [oil_name for oil_name in settings.oils if oil_name in fitted_oils]
-    for oil_name in _chosen_oils(options, fitted_oil_names, f"{results_folder}: no fit of oil"):
+    for oil_name in _chosen_oils(options, list(settings.oils), f"{results_folder}: no oil"):
+        if oil_name not in fitted_oils:
+            known_names = ", ".join(name for name in settings.oils if name in fitted_oils) or "none"
+            reasons.append(
+                f"{results_folder}: no fit of oil {oil_name!r}; there are fits of {known_names}. "
+                "Tests are planned by a fit."
+            )
+            continue
         try:
             for next_tests in plan_tests(results, settings, oil_name, request):
                 lines = _lines_of_tests(next_tests, request.test_count, settings)
@@ -186,11 +192,9 @@ def _chosen_oils(
     if options.oil is None:
         return oil_names
     if options.oil not in oil_names:
-        known_names = ", ".join(oil_names) or "none"
-        kind_of_names = "fits of " if message_start.endswith("fit of oil") else ""
         raise OilfilmError(
-            f"{message_start} {options.oil!r}; there are {kind_of_names}{known_names}. Name one of "
-            "these with --oil."
+            f"{message_start} {options.oil!r}; there are {', '.join(oil_names) or 'none'}. Name "
+            "one of these with --oil."
         )
     return [options.oil]
 

@@ -197,11 +197,12 @@ class LackOfFit:
     Attributes:
         repeat_count: Number of runs that repeat the condition of an earlier run.
         repeated_condition_count: Number of conditions with several runs.
-        noise: Standard deviation of a point, with the error of its run; NaN without repeats.
+        noise: Standard deviation of a point, with the error of its run; NaN without repeats that
+            can be compared: at one level of slip, and more levels than constants.
         form_rms: Root-mean-square error of the law's form, 0 where the noise explains the
-            residuals; NaN without repeats.
-        ratio: F, mean square of the lack of fit over that of repeats; NaN without repeats.
-        limit: 95 % limit of F where the law's form is right; NaN without repeats.
+            residuals; NaN where `noise` is.
+        ratio: F, mean square of the lack of fit over that of repeats; NaN where `noise` is.
+        limit: 95 % limit of F where the law's form is right; NaN where `noise` is.
     """
 
     repeat_count: int
@@ -275,7 +276,10 @@ def lack_of_fit(
     # lack of fit: the part of it that the means of cells have
     sse_of_cells = float(np.sum(sum_of_cell**2 / values_per_cell))
     pure_error_sse = max(sse - sse_of_cells, sse / _LARGEST_RATIO)
-    ratio = sse_of_cells / lack_of_fit_freedom / (pure_error_sse / pure_error_freedom)
+    ratio = 0.0
+    # an exact fit lacks nothing
+    if sse > 0:
+        ratio = sse_of_cells / lack_of_fit_freedom / (pure_error_sse / pure_error_freedom)
     values_per_run = len(mean_residuals) / len(condition_of_run)
     limit = scipy.special.fdtri(
         lack_of_fit_freedom / values_per_run, pure_error_freedom / values_per_run, CONFIDENCE
@@ -310,7 +314,9 @@ def _sd_between_runs(
     run_counts = np.bincount(cell_of_pair)
     is_repeated = run_counts > 1
     variances = squares_between_runs[is_repeated] / (2 * couple_counts_between_runs[is_repeated])
-    return float(np.sqrt(np.average(variances, weights=run_counts[is_repeated] - 1)))
+    variance = np.average(variances, weights=run_counts[is_repeated] - 1)
+    # copies differ by rounding, which may make it negative
+    return float(np.sqrt(max(variance, 0.0)))
 
 
 def _squared_differences(values: FloatArray, group_of_value: IndexArray) -> FloatArray:
@@ -444,7 +450,8 @@ def soundness_row(
             if runs is not None:
                 is_member_by_label = members_by_common_label(campaign.run_ids, runs, points)
             columns = change_columns(campaign, is_member_by_label, settings.steadiness)
-    largest_misfit = max(run_scatter, settings.surface.largest_misfit)
+    # the scatter of runs may be unknown (NaN)
+    largest_misfit = float(np.fmax(run_scatter, settings.surface.largest_misfit))
     law_verdict = _first_that_holds(
         {
             "no fit": no_fit,

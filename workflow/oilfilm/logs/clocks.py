@@ -183,8 +183,8 @@ def _falling_time_problem(name: str, times_of_row: FloatArray) -> base.Refusal |
     fall = int(falls[0])
     reason = (
         f"the channels have clocks of their own, and the time of {name[:60]!r} falls from "
-        f"{times[fall]:.6g} to {times[fall + 1]:.6g} in row {rows_with_time[fall + 1] + 1} of its "
-        "table; expected times that rise"
+        f"{times[fall]:.12g} to {times[fall + 1]:.12g} in row {rows_with_time[fall + 1] + 1} of "
+        "its table; expected times that rise"
     )
     advice = (
         "Correct this time where it is wrong; where a run begins there, export each run on its own."
@@ -263,7 +263,7 @@ def _unknown_start_problem(table: LoggedTable, indices: Sequence[int]) -> base.R
 
 def _no_overlap_problem(table: LoggedTable, channels: Mapping[int, _Channel]) -> base.Refusal:
     spans_of_channels = [
-        f"{table.names[index][:60]!r} from {channel.times[0]:.6g} to {channel.times[-1]:.6g}"
+        f"{table.names[index][:60]!r} from {channel.times[0]:.12g} to {channel.times[-1]:.12g}"
         for index, channel in channels.items()
     ]
     reason = f"the channels were not read at the same time: {', '.join(spans_of_channels)}"
@@ -291,7 +291,7 @@ def _note_on_clocks(
             > LARGEST_CLOCK_DIFFERENCE * interval_of_index[fastest_index]
         ):
             other_channels.append(
-                f"{table.names[index][:60]!r} (from {times[0]:.6g}, every "
+                f"{table.names[index][:60]!r} (from {times[0]:.12g}, every "
                 f"{interval_of_index[index]:.4g})"
             )
     if not other_channels:
@@ -299,6 +299,6 @@ def _note_on_clocks(
     return (
         f"{', '.join(other_channels)} have clocks of their own; they are interpolated onto the "
         "times of "
-        f"{table.names[fastest_index][:60]!r} (from {times_of_fastest[0]:.6g}, every "
+        f"{table.names[fastest_index][:60]!r} (from {times_of_fastest[0]:.12g}, every "
         f"{interval_of_index[fastest_index]:.4g})"
     )

@@ -24,8 +24,22 @@ CONDITION_TEXTS = {
     "inlet_temperature_c": ConditionTexts("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
     "slide_roll_ratio": ConditionTexts("S", "Slide-roll ratio", ""),
 }
-# Colours of Okabe and Ito, distinct for every kind of colour vision.
-_PALETTE = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+# Colours of Okabe and Ito, distinct for every kind of colour vision, then darker ones of Tol's set
+# "muted" for campaigns of many oils. Beyond twelve oils colours are repeated.
+_PALETTE = (
+    "#0072B2",
+    "#D55E00",
+    "#009E73",
+    "#CC79A7",
+    "#E69F00",
+    "#56B4E9",
+    "#882255",
+    "#332288",
+    "#999933",
+    "#117733",
+    "#AA4499",
+    "#661100",
+)
 # By the value of a column `load_variable`: how a bearing evaluates the campaign's law, or the name
 # of another law.
 _LAW_AND_LOAD_VARIABLE_TITLES = {
@@ -42,8 +56,9 @@ _SYMBOLS_OF_PRINT = {
     r"\bum\b": "\N{MICRO SIGN}m",
     r"\bR2\b": "R\N{SUPERSCRIPT TWO}",
     ">=": "\N{GREATER-THAN OR EQUAL TO}",
+    "<=": "\N{LESS-THAN OR EQUAL TO}",
     # a number and its unit stay in one line
-    r"(?<=\d) (?=GPa|m/s|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
+    r"(?<=\d) (?=(?:GPa|m/s|N|K|rpm)\b|%|\N{DEGREE SIGN}|\N{MICRO SIGN})": "\N{NO-BREAK SPACE}",
     r"(?<=\bS) (?=\d)": "\N{NO-BREAK SPACE}",
 }
 # A text in quotes is that of a log or a settings file. An apostrophe within a word opens none.

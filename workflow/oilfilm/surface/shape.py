@@ -94,8 +94,9 @@ class OddnessLimits(NamedTuple):
     """Limits above which the shape of a curve is odd; one of them is enough.
 
     Attributes:
-        point: Largest error of a point over its standard deviation.
-        curve: Mean square of these errors over the points of the curve.
+        point: Largest error of a point over its standard deviation, given all other points.
+        curve: Square of the distance of all errors of the curve from 0, by their covariance, per
+            point.
     """
 
     point: float
@@ -116,7 +117,8 @@ class CurveShape:
     Attributes:
         curve_index: Index of the curve in the measurements.
         point_index: Index in the measurements of the point that is farthest from what the other
-            curves say, over its standard deviation.
+            curves say, over its standard deviation. Where one point makes most of the distance, it
+            is this point, which the other points of its curve contradict, too.
         expected_mu: mu at this point, as the other curves say.
         log_mu_sd: Standard deviation of ln mu of a new run at this point, by the other curves.
         median_log_mu_sd: Median of this standard deviation over the points of the curve.
@@ -133,7 +135,7 @@ class CurveShape:
     @property
     def smallest_visible_change(self) -> float:
         """Smallest change of ln mu at a point of median spread that would make the curve odd."""
-        return _LIMITS_BY_RETAINED.point * self.median_log_mu_sd
+        return max(_LIMITS_BY_RETAINED.point * self.median_log_mu_sd, _ODD_DEVIATION)
 
     @property
     def is_odd(self) -> bool:
@@ -187,7 +189,7 @@ class PredictedCurve:
 
     @property
     def squares_per_point(self) -> float:
-        """Mean over the points of the square of the error over its standard deviation."""
+        """Square of the distance of all errors from 0, by their covariance, per point."""
         squares = self.error @ self.precision @ self.error
         squares += self.remainder @ self.weighted_remainder
         return float(squares) / len(self.point_indices)
@@ -216,6 +218,15 @@ class PredictedCurve:
         noise_variance += self.zero_remainder**2
         variance = np.sum((self.vectors @ self.covariance) * self.vectors, axis=1) + noise_variance
         return np.sqrt(variance)
+
+    def farthest_point(self) -> int:
+        """Index within the curve of the point that `CurveShape.point_index` describes."""
+        point_scores = self.point_scores()
+        # without a point, the squared distance is smaller by the square of its score
+        half_of_squares = self.squares_per_point * len(self.point_indices) / 2
+        if point_scores.max() ** 2 > half_of_squares:
+            return int(first_largest(point_scores))
+        return int(first_largest(np.abs(self.deviations()) / self.log_mu_sds()))
 
     def oddness(self, limits: OddnessLimits) -> float:
         """See `CurveShape.oddness`.
@@ -469,7 +480,7 @@ def _shape(
         oddness_cap: Largest oddness that is stated.
     """
     log_mu_sds = predicted.log_mu_sds()
-    farthest_point = int(first_largest(np.abs(predicted.deviations()) / log_mu_sds))
+    farthest_point = predicted.farthest_point()
     return CurveShape(
         curve_index=curve_index,
         point_index=int(point_indices[farthest_point]),
@@ -513,7 +524,9 @@ def _first_fit(
     fitted = quick_law(law, measurements, _LARGEST_ZERO_IN_SDS * zero_sd)
     is_clear = ~is_near_zero(measurements.mu, _LARGEST_ZERO_IN_SDS * zero_sd)
     if not is_clear.any():
-        raise NoClearTractionError("no mu is clear of the error of the zero")
+        raise NoClearTractionError(
+            "no mu is clear of the error of the zero; check the unit of mu and the zero of the rig"
+        )
     curves = reduced_curves(
         measurements.select_points(is_clear), fitted, fitted.log_mu, zero_sd, box
     )

@@ -453,7 +453,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient of the accepted points nearest to one slide-roll ratio, one panel per
     oil, against the ratio of film thickness to roughness. Colour: maximum Hertz pressure. A line
     joins the runs of one pressure and temperature; speed rises along it. Its temperature is written
-    at the slowest run of the highest pressure. Dashed line: limit of a full film.
+    at the slowest run of the oil's highest pressure. Dashed line: limit of a full film.
     """
     level = settings.figures.stribeck.slide_roll_ratio
     parts = results.blocks_of_runs("points", [*CURVE_COLUMNS, "lambda_ratio"])
@@ -487,7 +487,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                     value=by_speed["max_hertz_pressure_gpa"],
                     label=by_speed["run_id"],
                 )
-                if pressure == pressures[-1]:
+                if pressure == points_of_oil["level_gpa"].max():
                     # to the left of the highest pressure nothing else is drawn
                     panel.axes.annotate(
                         f"{temperature:.0f} °C",
@@ -721,7 +721,7 @@ def without_heat(
     with np.errstate(divide="ignore", invalid="ignore"):
         is_possible &= ~_is_beyond_rising_slope(slip, law_mu * cold_mu / mu)
     # inlet and heat do not agree where the heating of the film grows without end
-    is_steady = rise_k - previous_rise_k <= 0.01 * rise_k
+    is_steady = np.abs(rise_k - previous_rise_k) <= 0.01 * np.abs(rise_k)
     is_known = is_steady & (temperature - rise_k >= coldest) & (cold_speed > slowest)
     is_known &= np.abs(cold_slip) < largest_slip
     is_known &= is_possible
