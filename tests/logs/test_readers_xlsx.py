@@ -433,3 +433,43 @@ def test_blocks_of_a_text_table_are_one_table(tmp_path: Path) -> None:
     assert len(fitted.points) == 32
     together = sorted(fitted.points["traction_coefficient"])
     np.testing.assert_allclose(together, sorted(row[-1] for row in rows))
+
+
+def percent_book(rows: Sequence[Sequence[Any]], column: str) -> bytes:
+    made = openpyxl.Workbook()
+    sheet = made.active
+    assert sheet is not None
+    for row in rows:
+        sheet.append(list(row))
+    for cell in sheet[column]:
+        cell.number_format = "0.0%"
+    buffer = io.BytesIO()
+    made.save(buffer)
+    return buffer.getvalue()
+
+
+@pytest.mark.parametrize("units", [[], [[1, "%"]]], ids=["names only", "row of units"])
+def test_the_first_row_of_a_column_in_percent_is_read_as_the_others(units: list[list[Any]]) -> None:
+    # a 1 beside the number may be a reading, or a unit where the other cells are texts
+    content = percent_book([["step", "S (%)"], *units, [1, 0.05], [2, 0.06]], "B")
+    (sheet,) = sheet_texts(content)
+    assert sheet.text.decode().splitlines()[-2:] == ["1\t5", "2\t6"]
+
+
+def test_rows_of_one_cell_beside_a_far_cell_do_not_fill_the_memory() -> None:
+    made = openpyxl.Workbook()
+    sheet = made.active
+    assert sheet is not None
+    sheet["XFD1"] = "note"
+    for row in range(2, 5000):
+        sheet.cell(row, 1, row)
+    buffer = io.BytesIO()
+    made.save(buffer)
+    with pytest.raises(ValueError, match="64 MiB"):
+        sheet_texts(buffer.getvalue())
+
+
+def test_a_negative_duration_keeps_its_size() -> None:
+    duration = datetime.timedelta(minutes=-90)
+    (sheet,) = sheet_texts(book(Log=[["t", "x"], [duration, 1.5]]))
+    assert sheet.text.decode().splitlines()[-1].startswith("-1:30:00")

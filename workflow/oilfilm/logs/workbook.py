@@ -1,7 +1,7 @@
 """Excel workbooks, and what all spreadsheets share: a sheet is read as a text log, and is a run.
 
-A small archive may hold very many cells, or one cell very far away: both are found before a cell is
-read.
+A small archive may hold very many cells, one cell very far away, or rows of very different
+lengths. Each is refused before it fills the memory.
 
 Decides: how large a workbook may be, and how its cells are read.
 """
@@ -223,15 +223,13 @@ class PercentColumns:
 
     def add_row(self, cells: Sequence[ValueAndPercent]) -> None:
         """Add the next row: the value of each cell, and whether the sheet shows it in percent."""
+        texts = {index: value for index, (value, _) in enumerate(cells) if isinstance(value, str)}
         number_columns = {
             index
             for index, (value, is_in_percent) in enumerate(cells)
-            if _is_number(value, is_in_percent)
+            if _is_number(value, is_in_percent, is_among_texts=bool(texts))
         }
         if not number_columns:
-            texts = {
-                index: value for index, (value, _) in enumerate(cells) if isinstance(value, str)
-            }
             self._rows_of_texts = [*self._rows_of_texts[-_MOST_ROWS_OF_TEXTS:], texts]
             return
         if len(number_columns) < _FEWEST_NUMBERS:
@@ -295,9 +293,11 @@ def _names_all_columns(texts: Mapping[int, str], number_columns: Set[int]) -> bo
     )
 
 
-def _is_number(value: Any, is_in_percent: bool) -> bool:
-    """Whether a cell has a number or an instant. A bare 1 may be the unit of a ratio."""
-    return value is not None and not isinstance(value, str) and (value != 1 or is_in_percent)
+def _is_number(value: Any, is_in_percent: bool, *, is_among_texts: bool) -> bool:
+    """Whether a cell has a number or an instant. Among texts a bare 1 may be a ratio's unit."""
+    if value is None or isinstance(value, str):
+        return False
+    return value != 1 or is_in_percent or not is_among_texts
 
 
 def line_of_cells(cells: Sequence[ValueAndPercent], columns_in_percent: Set[int]) -> str:
@@ -321,9 +321,18 @@ def line_of_cells(cells: Sequence[ValueAndPercent], columns_in_percent: Set[int]
 
 
 def tab_separated_bytes(lines: Sequence[str]) -> bytes:
-    """Lines of cells as a text: each line is filled to the same number of cells."""
-    most_tabs = max(line.count("\t") for line in lines)
-    filled_lines = [line + "\t" * (most_tabs - line.count("\t")) for line in lines]
+    """Lines of cells as a text: each line is filled to the same number of cells.
+
+    Raises:
+        ValueError: As in `check_character_count`; the filling counts.
+    """
+    tab_counts = [line.count("\t") for line in lines]
+    most_tabs = max(tab_counts)
+    check_character_count(sum(map(len, lines)) + most_tabs * len(lines) - sum(tab_counts))
+    filled_lines = [
+        line + "\t" * (most_tabs - tab_count)
+        for line, tab_count in zip(lines, tab_counts, strict=True)
+    ]
     return ("\n".join(filled_lines) + "\n").encode()
 
 
@@ -337,8 +346,9 @@ def _cell_text(value: Any) -> str:
         return rounded.isoformat(sep=" ", timespec="milliseconds")
     if isinstance(value, datetime.timedelta):
         # with colons, because the unit in the name of its column need not be seconds
-        hours, rest = divmod(value, datetime.timedelta(hours=1))
-        return f"{hours}:{str(rest).removeprefix('0:')}"
+        sign = "-" if value < datetime.timedelta() else ""
+        hours, rest = divmod(abs(value), datetime.timedelta(hours=1))
+        return f"{sign}{hours}:{str(rest).removeprefix('0:')}"
     if isinstance(value, (int, float)) and not isinstance(value, bool):
         return f"{value:.0f}" if float(value).is_integer() else repr(value)
     return " ".join(str(value).split())
