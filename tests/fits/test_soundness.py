@@ -316,6 +316,7 @@ def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None
     [
         ("trend", (), []),
         ("season", (), ["2.0 K"]),
+        ("trend", (), ["2.0 K in the last one than in the first"]),
         ("from", ("b", "c"), ["b", "2 runs"]),
         ("until", ("b", "c"), ["c", "2 runs"]),
         ("group", ("b", "c"), ["2 runs", "day: 2", "b, c"]),
@@ -331,3 +332,10 @@ def test_sentence_names_the_runs_of_a_change(
     (sentence,) = soundness_warnings({**row, **change})
     for text in named:
         assert text in sentence
+
+
+def test_without_a_fit_nothing_is_said_of_the_number_of_runs() -> None:
+    row = {"campaign_verdict": "too few curves", "law_verdict": "no fit", "misfit": np.nan}
+    row |= {"optimum_confirmed": False, "run_scatter": np.nan}
+    (sentence,) = soundness_warnings(row)
+    assert "runs" not in sentence

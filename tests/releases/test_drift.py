@@ -338,6 +338,18 @@ def test_added_log_changes_counts_and_passes(
     assert {row[2] for row in section.rows} == {"certified"}
 
 
+def test_new_oil_of_added_logs_passes_and_a_lost_one_does_not(
+    make: Make, before: Path, frames: dict[str, pd.DataFrame]
+) -> None:
+    tables_of_one_oil = {
+        name: frame.query("oil == '4102'") for name, frame in frames.items() if "oil" in frame
+    }
+    one_oil = make(raw={"4102.csv": b"1"}, **tables_of_one_oil)
+    assert not comparison_of(one_oil, before).beyond_limits
+    (moved, *_) = comparison_of(before, one_oil).beyond_limits
+    assert {row[0] for row in moved.rows} == {"4050"}
+
+
 def test_errors_may_move_by_their_limit(
     make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:

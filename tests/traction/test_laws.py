@@ -329,3 +329,24 @@ def test_constant_beyond_its_bound_is_held_there_and_the_others_fitted() -> None
     assert "B0" in held.values_at_bounds
     assert held.values_at_bounds["B0"] == pytest.approx(0.01)
     assert "B0" not in held.free_names
+
+
+def test_a_coefficient_may_have_the_name_of_a_step() -> None:
+    nodes = {name: expression.name_node(name) for name in ("S", "x0")}
+    mu = expression.parse("tanh(S) * x0 + tanh(S)", nodes)
+    steps, (result,) = expression.straight_line_form([mu])
+    values = {"S": 1.0, "x0": 5.0}
+    for name, step in steps:
+        assert name not in values
+        values[name] = eval_node(step, values)
+    assert eval_node(result, values) == pytest.approx(6 * np.tanh(1.0), rel=1e-12)
+
+
+def eval_node(node: expression.Node, values: dict[str, float]) -> float:
+    """A node of products, sums and tanh, evaluated here."""
+    if node.operation == "name":
+        return values[str(node.leaf)]
+    if node.operation == "tanh":
+        return float(np.tanh(eval_node(node.operands[0], values)))
+    left, right = (eval_node(operand, values) for operand in node.operands)
+    return left * right if node.operation == "*" else left + right

@@ -301,7 +301,8 @@ def _hint_at_unit_of_set_load(points: pd.DataFrame, rig_kind: TractionRig) -> st
 def _hint_at_slip_limit(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the limit with which all slips pass, in whole per cent; empty without one."""
     slip = points["slide_roll_ratio"]
-    limit = np.ceil(100 * slip.max()) / 100
+    # rounding must not raise 1.1 to 1.11
+    limit = np.ceil(100 * slip.max() - 1e-9) / 100
     if limit > _LARGEST_SLIP or not exceeds(slip, rig_kind.gate_limits.slide_roll_ratio_max).all():
         return ""
     return f"; they would pass with gates.slide_roll_ratio_max of {limit:g}"
@@ -403,7 +404,8 @@ def refusals_of_unusable_runs(
     fewest_faulty = rig_kind.gate_limits.faulty_plateaus_min
     do_many_fail = share_by_run["faulty_where_held"] > largest_faulty_share
     do_many_fail &= count_by_run["faulty_where_held"] >= fewest_faulty
-    do_most_fail = share_by_run["faulty"] > max(1 / 2, largest_faulty_share)
+    largest_share_where_not_held = max(1 / 2, largest_faulty_share)
+    do_most_fail = share_by_run["faulty"] > largest_share_where_not_held
     is_blamed = judgements["faulty_where_held"].where(
         points["run_id"].map(do_many_fail), judgements["faulty"]
     )
@@ -412,7 +414,13 @@ def refusals_of_unusable_runs(
     for run_id in any_by_run.index[is_refused]:
         is_of_run = points["run_id"] == run_id
         refusal = _refusal_of_run(
-            points[is_of_run], failed_by_gate[is_of_run], judgements[is_of_run], rig_kind
+            points[is_of_run],
+            failed_by_gate[is_of_run],
+            judgements[is_of_run],
+            rig_kind,
+            allowed_share=largest_faulty_share
+            if do_many_fail[run_id]
+            else largest_share_where_not_held,
         )
         yield replace(refusal, run_id=str(run_id))
 
@@ -456,7 +464,12 @@ def _judgements(
 
 
 def _refusal_of_run(
-    points: pd.DataFrame, failed_by_gate: pd.DataFrame, judgements: pd.DataFrame, rig_kind: RigKind
+    points: pd.DataFrame,
+    failed_by_gate: pd.DataFrame,
+    judgements: pd.DataFrame,
+    rig_kind: RigKind,
+    *,
+    allowed_share: float,
 ) -> Refusal:
     """The refusal of one run that cannot be used.
 
@@ -465,6 +478,7 @@ def _refusal_of_run(
         failed_by_gate: The gates that each of them fails.
         judgements: Columns of `_judgements`, and `blamed`: the plateaus whose faults count.
         rig_kind: The kind of rig, with its settings.
+        allowed_share: Largest share of blamed plateaus that does not refuse the run.
     """
     gates = PLATEAU_GATES.for_rig(rig_kind.name)
     for plateau_gate in gates:
@@ -500,7 +514,7 @@ def _refusal_of_run(
         plateaus=len(points),
         share=is_blamed.mean(),
         counts=_gate_counts_in_words(failed_by_gate.loc[is_blamed, blaming_gate_names]),
-        allowed=rig_kind.gate_limits.faulty_share_max,
+        allowed=allowed_share,
     )
 
 

@@ -3,7 +3,7 @@
 Decides: what is said of a fit that is not sound, and of a campaign that is steady.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from oilfilm.traction.law import QUANTITIES
 
 
 def soundness_warnings(row: Mapping[str, Any]) -> list[str]:
-    """Reasons why a fit is not sound, with the meaning for mu; one sentence or two per reason.
+    """Reasons why a fit is not sound, with the meaning for mu; a few sentences per reason.
 
     Args:
         row: Row of the table `soundness`.
@@ -23,12 +23,18 @@ def soundness_warnings(row: Mapping[str, Any]) -> list[str]:
     if row["law_verdict"] != "adequate":
         sentence = _SENTENCE_BY_LAW_VERDICT[row["law_verdict"]]
         sentences.append(sentence.format(misfit=row["misfit"], run_scatter=row["run_scatter"]))
-    if row["campaign_verdict"] == "too few curves" and row["law_verdict"] != "too few curves":
+    # without a fit nothing was judged, however many runs there are
+    if row["campaign_verdict"] == "too few curves" and row["law_verdict"] not in (
+        "too few curves",
+        "no fit",
+    ):
         sentences.append("The runs are too few to show whether the campaign was steady.")
     if not row["optimum_confirmed"] and row["law_verdict"] != "no fit":
+        advice = "Raise fit.searches or fit.generations."
+        if sentences:
+            advice = "Look at what is said above first; then raise fit.searches or fit.generations."
         sentences.append(
-            "The searches do not confirm the optimum: other constants may fit as well. Look at "
-            "what is said above first; then raise fit.searches or fit.generations."
+            f"The searches do not confirm the optimum: other constants may fit as well. {advice}"
         )
     return sentences
 
@@ -77,7 +83,7 @@ def _smallest_visible_change_sentence(
     if np.isnan(temperature_k):
         invisible_quantities.append("the temperature")
     else:
-        visible_sizes.append(f"{temperature_k:.1f} K")
+        visible_sizes.append(f"{temperature_k:.2g} K")
     if not visible_sizes:
         return f"No {course_in_words} would have been seen."
     visible_text = (
@@ -122,7 +128,7 @@ def _change_sentence(row: Mapping[str, Any]) -> str:
     if row["change"] == "temperature labels":
         runs = row["changed_runs"]
         return (
-            f"The campaign is not steady. The temperatures of {len(runs)} runs "
+            f"The campaign is not steady. The temperatures of {_count_of_runs(runs)} "
             f"({', '.join(runs)}) seem to be exchanged among each other, by up to "
             f"{row['change_size']:.0f} K; {effect}. Compare the labels of these runs with their "
             "logs."
@@ -150,7 +156,8 @@ def _change_clause(row: Mapping[str, Any]) -> str:
         return f"the {cause} comes and goes by {amount}, {alternative}"
     direction = "higher" if size > 0 else "lower"
     alternative = _ALTERNATIVE_BY_CAUSE[cause].format(other=direction)
-    return f"the {cause} reads {direction} by {amount}, {alternative}"
+    compared_with = " in the last one than in the first" if row["change_course"] == "trend" else ""
+    return f"the {cause} reads {direction} by {amount}{compared_with}, {alternative}"
 
 
 def _affected_runs_clause(row: Mapping[str, Any]) -> str:
@@ -160,10 +167,15 @@ def _affected_runs_clause(row: Mapping[str, Any]) -> str:
         case "trend" | "season":
             return "Over the runs, in the order of their names,"
         case "from":
-            return f"From run {runs[0]} on ({len(runs)} runs)"
+            return f"From run {runs[0]} on ({_count_of_runs(runs)})"
         case "until":
-            return f"Up to run {runs[-1]} ({len(runs)} runs)"
+            return f"Up to run {runs[-1]} ({_count_of_runs(runs)})"
         case "group":
-            return f"In {len(runs)} runs with {row['change_group']} ({', '.join(runs)})"
+            return f"In {_count_of_runs(runs)} with {row['change_group']} ({', '.join(runs)})"
         case _:
-            return f"In {len(runs)} runs ({', '.join(runs)})"
+            return f"In {_count_of_runs(runs)} ({', '.join(runs)})"
+
+
+def _count_of_runs(runs: Sequence[str]) -> str:
+    """The number of runs, as `1 run` or `3 runs`."""
+    return f"{len(runs)} run" if len(runs) == 1 else f"{len(runs)} runs"

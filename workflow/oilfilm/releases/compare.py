@@ -93,9 +93,13 @@ class Comparison:
     def beyond_limits(self) -> list[DiffSection]:
         """The drift gate: sections with the changes that it does not let pass; none if all pass.
 
-        Where logs were added, rows, counts and sentences change with them and pass.
+        Where logs were added, rows, counts and sentences change with them and pass, and so does an
+        oil that had no fit before.
         """
-        moved_too_far = self.changes[exceeds(self.changes["change"], self.changes["limit"])]
+        is_too_far = exceeds(self.changes["change"], self.changes["limit"])
+        if not self.same_logs:
+            is_too_far &= self.changes.groupby("oil")["before"].transform("count") > 0
+        moved_too_far = self.changes[is_too_far]
         section_on_changes = _section_on_changes(
             "Moved by more than the drift gate lets pass", moved_too_far
         )
@@ -414,8 +418,12 @@ def _comparison_grid(box: FloatArray, drift: DriftSettings) -> FloatArray:
         levels = np.linspace(low, high, drift.levels)
         # a condition that was never recorded has no effect: one level
         levels_by_axis.append(np.unique(levels) if np.isfinite(levels).all() else np.ones(1))
-    largest_slip = box[-1, 1]
-    slips = [slip for slip in drift.slide_roll_ratio if not exceeds(slip, largest_slip)]
+    smallest_slip, largest_slip = box[-1]
+    slips = [
+        slip
+        for slip in drift.slide_roll_ratio
+        if not exceeds(slip, largest_slip) and not exceeds(smallest_slip, slip)
+    ]
     levels_by_axis.append(np.array(slips or [largest_slip]))
     return np.stack(np.meshgrid(*levels_by_axis, indexing="ij"), axis=-1).reshape(
         -1, len(levels_by_axis)

@@ -1,4 +1,4 @@
-"""The parts of a campaign that a table needs; read by the Snakefile without importing pandas.
+"""The parts of a campaign that a table needs, for the rules of the workflow.
 
 `FIT_TABLES` and `SURFACE_TABLES` are the tables of one fit and of one surface.
 

@@ -11,6 +11,7 @@ from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
+from itertools import count
 from typing import Any
 
 import numpy as np
@@ -288,10 +289,15 @@ def straight_line_form(results: Sequence[Node]) -> tuple[list[tuple[str, Node]],
     """
     use_counts = Counter(results)
     unvisited = list(use_counts)
+    # a name of a step is none of these; the graph has each node once
+    taken_names = {node.leaf for node in unvisited if node.operation == "name"}
     while unvisited:
         operands = unvisited.pop().operands
-        unvisited += [operand for operand in set(operands) if operand not in use_counts]
+        new_nodes = [operand for operand in set(operands) if operand not in use_counts]
+        taken_names |= {node.leaf for node in new_nodes if node.operation == "name"}
+        unvisited += new_nodes
         use_counts.update(operands)
+    free_names = (name for name in map("x{}".format, count()) if name not in taken_names)
 
     steps: list[tuple[str, Node]] = []
     written_nodes: dict[Node, Node] = {}
@@ -305,7 +311,7 @@ def straight_line_form(results: Sequence[Node]) -> tuple[list[tuple[str, Node]],
             # made without `_BUILDER_BY_OPERATION`, so that the order of operations does not change
             written_node = _node(node.operation, *operands)
             if use_counts[node] > 1:
-                step_name = f"x{len(steps)}"
+                step_name = next(free_names)
                 steps.append((step_name, written_node))
                 written_node = name_node(step_name)
             written_nodes[node] = written_node
