@@ -157,7 +157,10 @@ def test_copy_is_found_in_whatever_order_the_logs_come(oil_of_name: dict[str, st
         seed = 1 if name in (original, copy) else 2
         logs.append((name, log_of(seed, oil_of_name[name], digits=2 if name == copy else 4)))
     settings = with_repeats(bad_logs.CONFIG, "accept")
-    for logs_in_order in (logs, logs[::-1], sorted(logs), sorted(logs)[::-1]):
+    in_order = sorted(logs)
+    orders = [logs, logs[::-1], in_order, in_order[::-1]]
+    # names in alphabetical order have two orders only
+    for logs_in_order in orders if logs != in_order else orders[:2]:
         curated = curate_logs(logs_in_order, settings)
         assert refused_as(curated, "duplicate_log") == [max(original, copy)]
 
@@ -172,7 +175,7 @@ def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: CuratedTables
     errors = points.loc[of_run[0], list(MEASURED.values())].to_numpy()
     signs = np.where(np.arange(len(first)) % 2, 1, -1)[:, np.newaxis]
     found = set()
-    for size in np.linspace(0.0, 1.0, 11):
+    for size in np.linspace(0.0, 1.0, 6):
         points.loc[of_run[1], names] = first + size * signs * errors
         points.loc[of_run[2], names] = first + 2 * size * signs * errors
         curated = collect(measured, with_repeats(bad_logs.CONFIG, "accept"))

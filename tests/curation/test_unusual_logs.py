@@ -107,7 +107,7 @@ def test_unusual_log_that_nothing_is_wrong_with_is_used(name: str) -> None:
     assert curated.points["accepted"].mean() > 0.9
 
 
-@pytest.mark.parametrize("every", [10, 20])
+@pytest.mark.parametrize("every", [nightly(10), 20])
 def test_slow_channel_that_is_written_in_few_rows_is_no_hole(every: int) -> None:
     values = good(SWEEP, seconds=20.0)
     head, _, rows = csv(values).partition(b"inlet_temperature [degC]\n")
@@ -283,10 +283,10 @@ GF = 9.80665e-3  # N
     [
         # a usual traction in gf, and in mN as well
         ({"traction_force": 3 / GF}, "force_scale", "as mN labelled N .* as gf labelled N"),
-        ({"ball_speed": -1}, "speed_sign", "opposite sign of the ball's speed"),
+        nightly({"ball_speed": -1}, "speed_sign", "opposite sign of the ball's speed"),
         ({"ball_speed": -1, "disc_speed": -1}, "speed_sign", "both speeds"),
         ({"ball_speed": 6, "disc_speed": 6}, "speed_unit", "deg/s labelled 1/min"),
-        ({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
+        nightly({"disc_speed": np.pi / 30}, "speed_unit", "disc's speed 9.549 times as large"),
         ({"load": 1 / 4.4482216}, "load_off_nominal", "may be in lbf"),
     ],
 )
@@ -299,7 +299,7 @@ def test_wrong_unit_or_sign_is_named(change: dict[str, float], rule: str, words:
     assert re.search(words, curated.quarantine["reason"].iloc[0])
 
 
-@pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%"), (1, "percent")])
+@pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%"), nightly(1, "percent")])
 def test_slip_in_percent_or_as_a_fraction_is_named_where_logged(factor: float, unit: str) -> None:
     random, slip = np.random.default_rng(3), np.repeat(SWEEP, HELD)
     values = {name: column for name, column in good(SWEEP).items() if name not in SPINDLES}
@@ -357,7 +357,7 @@ def repeat(seed: int, force: float = 1.0) -> Columns:
     ("logs", "expected"),
     [
         ({1: 1.0, 2: 1.0, 3: 1.3}, ["", "duplicate_condition", "conflicting_condition"]),
-        ({1: 1.3, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
+        nightly({1: 1.3, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
         ({1: 1.0, 2: 1.3}, ["conflicting_condition"] * 2),
         # 9 % are within the limit for two runs
         ({1: 1.09, 2: 1.0, 3: 1.0}, ["conflicting_condition", "", "duplicate_condition"]),
@@ -382,7 +382,7 @@ def test_pressure_that_is_rounded_is_the_condition_of_its_load(load_n: float, ru
 # --- true reasons ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("key", "value"), [("settle_s", 800.0), ("window_s", 80.0)])
+@pytest.mark.parametrize(("key", "value"), [("settle_s", 800.0), nightly("window_s", 80.0)])
 def test_time_of_the_settings_that_no_run_can_meet_is_blamed(key: str, value: float) -> None:
     config = CONFIG.with_changes({"curation": {"plateaus": {key: value}}})
     curated = curate_logs([("log", csv(good(SWEEP)))], config)

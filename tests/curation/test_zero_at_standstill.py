@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from bad_logs import CONFIG, KEYS, Columns, csv
-from nights import examples
+from nights import examples, nightly
 from oilfilm.curation.curate import CuratedTables, curate_logs
 from oilfilm.curation.rig_kind import Signals
 from oilfilm.curation.zero import zero_reference
@@ -43,10 +43,10 @@ NOISE = 5 * np.sqrt(2) * 0.01 / np.sqrt(50) / LOAD_N + 2e-4
 @pytest.mark.parametrize(
     "run",
     [
-        {"offset_n": 0.35, "ramp_s": 0.0, "encoder_m_s": 5e-4},
-        {"offset_n": -1.2},
+        nightly({"offset_n": 0.35, "ramp_s": 0.0, "encoder_m_s": 5e-4}),
+        nightly({"offset_n": -1.2}),
         {"offset_n": 0.35, "ramp_s": 4.0, "encoder_m_s": 5e-4},
-        {"still_s": (20.0, 0.0)},
+        nightly({"still_s": (20.0, 0.0)}),
         {"still_s": (20.0, 0.7)},
         {"drift_n": 0.15},
     ],
@@ -63,7 +63,7 @@ def test_readings_at_standstill_give_the_zero(run: dict[str, Any]) -> None:
     ("values", "rule", "words"),
     [
         (log(drift_n=0.4), "zero_drift", "moves by 0."),
-        (log(still_s=(0.0, 20.0)), "zero_missing", "no opening phase of standstill"),
+        nightly(log(still_s=(0.0, 20.0)), "zero_missing", "no opening phase of standstill"),
         (log(still_s=(0.6, 20.0)), "zero_missing", "opening phase of standstill"),
     ],
 )
@@ -94,7 +94,7 @@ ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0
         ({}, 0.0, ""),
         ({}, 0.1, ""),
         (ROLLING, 0.35, "without slip"),
-        (ROLLING, -0.35, "without slip"),
+        nightly(ROLLING, -0.35, "without slip"),
         (ROLLING, 0.0, ""),
     ],
 )

@@ -204,9 +204,16 @@ def test_points_beside_a_law_keep_their_direction(starting: CampaignTables) -> N
         np.testing.assert_allclose(true[column], true["traction_coefficient_m"], atol=6 * NOISE)
 
 
-def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) -> None:
-    laws = ["tanh", "eyring", "carreau"]
-    frames = compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, quick)
+@pytest.fixture(scope="module")
+def made_by_tanh(quick: Settings) -> CampaignTables:
+    """Laws fitted to points of one of them, while another one is configured."""
+    laws = ["deng2026", "tanh", "eyring", "carreau"]
+    configured = quick.with_changes({"fit": {"law": "carreau"}})
+    return compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, configured)
+
+
+def test_bounds_of_the_comparison_are_those_of_the_constants(made_by_tanh: CampaignTables) -> None:
+    frames = made_by_tanh
     constants = frames.coefficients
     held = constants[constants["verdict"] == "at a bound"].groupby("law")["constant"].apply(set)
     for row in tables.rows(frames.fit_quality):
@@ -220,20 +227,16 @@ def test_bounds_of_the_comparison_are_those_of_the_constants(quick: Settings) ->
 BIC_DIFFERENCE_MIN = 2.0
 
 
-def verdict_of(points: pd.DataFrame, config: Settings, law: str) -> dict[str, Any]:
-    configured = config.with_changes({"fit": {"law": law}})
-    compared = compare_laws(points, "4050", ["deng2026", "tanh", "carreau"], configured)
-    (row,) = tables.rows(best_laws(compared, BIC_DIFFERENCE_MIN))
-    return row
-
-
-def test_law_that_made_the_points_is_named_beside_another_configured_one(quick: Settings) -> None:
-    points = points_of(LAWS["tanh"], NOISE)
-    row = verdict_of(points, quick, "carreau")
+def test_law_that_made_the_points_is_named_beside_another_configured_one(
+    made_by_tanh: CampaignTables,
+) -> None:
+    (row,) = tables.rows(best_laws(made_by_tanh, BIC_DIFFERENCE_MIN))
     assert row["verdict"] == "another law is better"
     assert row["better_law"] == row["bic_law"] == row["left_out_law"] == "tanh"
     assert row["left_out_difference"] > row["left_out_difference_error"] > 0
-    own = verdict_of(points, quick, "tanh")
+    quality = made_by_tanh.fit_quality
+    quality = quality.assign(configured=quality["law"] == "tanh")
+    (own,) = tables.rows(best_laws(made_by_tanh.replace(fit_quality=quality), BIC_DIFFERENCE_MIN))
     assert (own["verdict"], own["better_law"]) == ("best", "")
 
 

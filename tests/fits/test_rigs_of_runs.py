@@ -14,6 +14,7 @@ from oilfilm.fits.fitted import FittedLaw, read_surface
 from oilfilm.fits.measured_surface import ANOTHER_RIG_NAME
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.settings.resolved import Settings
+from oilfilm.tables.campaign_tables import CampaignTables
 
 OIL = "4050"
 RIGS = ("alpha", "beta", "gamma")
@@ -26,10 +27,8 @@ AT = {
 }
 
 
-def fitted_to(points: pd.DataFrame, runs: pd.DataFrame | None, config: Settings) -> FittedLaw:
-    """The fit and surface of some points, read from its tables as a finished campaign is."""
-    settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
-    found = fit_oil(points, OIL, settings, 1, LAW).replace(points=points)
+def fitted_to(found: CampaignTables, runs: pd.DataFrame | None, config: Settings) -> FittedLaw:
+    """The fit of a law with the surface, read from its tables as a finished campaign is."""
     if runs is not None:
         found = found.replace(runs=runs)
     found = with_surface(found, OIL, config)
@@ -54,6 +53,13 @@ def points() -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
+def of_law(points: pd.DataFrame, config: Settings) -> CampaignTables:
+    """The fit of the law, which knows no rigs."""
+    settings = config.fit.model_copy(update={"searches": 2, "bootstrap": 40})
+    return fit_oil(points, OIL, settings, 1, LAW).replace(points=points)
+
+
+@pytest.fixture(scope="module")
 def runs(points: pd.DataFrame) -> pd.DataFrame:
     """The rig of each run, from the last run to the first."""
     names = points["run_id"].unique()[::-1]
@@ -62,8 +68,8 @@ def runs(points: pd.DataFrame) -> pd.DataFrame:
 
 
 @pytest.fixture(scope="module")
-def fit(points: pd.DataFrame, runs: pd.DataFrame, config: Settings) -> FittedLaw:
-    return fitted_to(points, runs, config)
+def fit(of_law: CampaignTables, runs: pd.DataFrame, config: Settings) -> FittedLaw:
+    return fitted_to(of_law, runs, config)
 
 
 def half_width(fit: FittedLaw, rig: str | None = None) -> float:
@@ -88,9 +94,9 @@ def test_another_rig_is_less_known_than_one_of_these(fit: FittedLaw) -> None:
 
 
 def test_runs_whose_rigs_are_not_named_are_those_of_one_rig(
-    points: pd.DataFrame, fit: FittedLaw, config: Settings
+    of_law: CampaignTables, fit: FittedLaw, config: Settings
 ) -> None:
-    unnamed = fitted_to(points, None, config)
+    unnamed = fitted_to(of_law, None, config)
     assert unnamed.surface is not None and unnamed.surface.rig_names == ()
     assert half_width(unnamed) > half_width(fit, "beta")
     with pytest.raises(Exception, match="Leave the rig out"):
@@ -103,9 +109,9 @@ def test_an_unknown_rig_is_refused_with_those_that_are_known(fit: FittedLaw) -> 
 
 
 def test_the_rig_of_a_refused_run_is_not_needed(
-    points: pd.DataFrame, runs: pd.DataFrame, fit: FittedLaw, config: Settings
+    of_law: CampaignTables, runs: pd.DataFrame, fit: FittedLaw, config: Settings
 ) -> None:
     refused = {"run_id": "other", "rig": "delta", "oil": OIL, "verdict": "refused"}
-    other = fitted_to(points, pd.concat([runs, pd.DataFrame([refused])]), config)
+    other = fitted_to(of_law, pd.concat([runs, pd.DataFrame([refused])]), config)
     assert other.surface is not None and other.surface.rig_names == RIGS
     assert half_width(other, "beta") == half_width(fit, "beta")

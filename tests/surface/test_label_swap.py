@@ -1,11 +1,13 @@
 """Temperature labels that were exchanged among runs."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from lawless_truths import TRUTHS
+from nights import nightly
 from oilfilm.surface import label_swap
 from oilfilm.surface.effects import ErrorPriors
 from oilfilm.surface.fitted_readings import FittedReadings
@@ -15,13 +17,16 @@ from oilfilm.surface.surface import fit_surface
 from surface_campaigns import fitted_law, latin, random_conditions, simulated
 
 SLIPS = np.geomspace(0.002, 0.3, 9)
+# rows of a ring
+RING = (2, 11, 18, 22)
 
 
+@functools.cache
 def surface_with_labels(truth, rows, seed):
     """The surface of points whose temperatures go round in a ring among some runs."""
     conditions = latin()
     measured = simulated(TRUTHS[truth], conditions, np.random.default_rng(seed), slips=SLIPS)
-    labelled = conditions.copy()
+    labelled, rows = conditions.copy(), np.array(rows, dtype=np.int64)
     labelled[rows, 2] = conditions[np.roll(rows, 1), 2]
     measured = replace(measured, conditions=labelled)
     curves, _ = measured.canonical_order()
@@ -30,24 +35,23 @@ def surface_with_labels(truth, rows, seed):
 
 @pytest.mark.parametrize("truth", ["own", "jt"])
 def test_exchanged_labels_are_found_with_the_right_temperatures(truth):
-    rows = np.array([2, 11, 18, 22])
-    surface, curves, true = surface_with_labels(truth, rows, 47)
+    surface, curves, true = surface_with_labels(truth, RING, 47)
     swap = likeliest_swap(surface)
     assert swap is not None
     assert swap.is_alarm
-    assert set(curves[swap.curve_indices].tolist()) == set(rows.tolist())
+    assert set(curves[swap.curve_indices].tolist()) == set(RING)
     np.testing.assert_allclose(swap.temperatures_c, true[curves[swap.curve_indices], 2])
 
 
-@pytest.mark.parametrize("truth", ["own", "jt"])
+@pytest.mark.parametrize("truth", [nightly("own"), "jt"])
 def test_right_labels_stay(truth):
-    surface, *_ = surface_with_labels(truth, np.empty(0, dtype=np.int64), 48)
+    surface, *_ = surface_with_labels(truth, (), 48)
     swap = likeliest_swap(surface)
     assert swap is None or not swap.is_alarm
 
 
 def test_no_temperature_is_proposed_at_which_the_law_has_no_traction(monkeypatch):
-    surface, _, true = surface_with_labels("own", np.array([2, 11, 18, 22]), 47)
+    surface, _, true = surface_with_labels("own", RING, 47)
 
     def has_traction(law, conditions, slip):
         return (conditions != true[2]).any(axis=1)
@@ -60,7 +64,8 @@ def test_no_temperature_is_proposed_at_which_the_law_has_no_traction(monkeypatch
 
 
 def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
-    surface, *_ = surface_with_labels("own", np.array([2, 11]), 49)
+    surface, *_ = surface_with_labels("own", RING, 47)
+    assert likeliest_swap(surface) is not None
     monkeypatch.setattr(label_swap, "LARGEST_EXACT_CURVE_COUNT", 10)
     assert likeliest_swap(surface) is None
 

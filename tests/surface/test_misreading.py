@@ -1,5 +1,6 @@
 """Runs whose speed or slip is read twice or half as large."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -19,6 +20,7 @@ SLIPS = np.geomspace(0.002, 0.3, 9)
 FEW = np.isin(np.arange(24), [0, 4, 5, 9, 13, 15, 18, 23])
 
 
+@functools.cache
 def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
     """A surface of points of which some runs read speed or slip wrong, and which these runs are."""
     measured = simulated(TRUTHS[truth], latin(), np.random.default_rng(seed), slips=SLIPS)
@@ -44,7 +46,7 @@ def test_a_reading_that_is_wrong_by_two_is_named(truth, quantity, factor):
     np.testing.assert_array_equal(misreading.is_misread, few)
 
 
-@pytest.mark.parametrize("truth", ["own", "jt"])
+@pytest.mark.parametrize("truth", ["own", nightly("jt")])
 def test_right_readings_stay(truth):
     surface, few = surface_of(truth)
     misreading = likeliest_misreading(surface, {"form=B": few})

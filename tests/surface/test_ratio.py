@@ -138,9 +138,10 @@ def test_what_an_oil_was_not_tested_at_is_marked(fitted):
     assert np.isnan(prediction.interval(2.0)[0]).tolist() == [False, True, True]
 
 
-def test_a_slip_below_the_tested_ones_of_either_oil_is_marked(oils):
+def test_a_slip_below_the_tested_ones_of_either_oil_is_marked():
     # the first oil was tested from 0.002 on, the second from about 0.0055
-    first, second = oils
+    truth = TRUTHS["limited_eyring"]
+    first, second = oil_of(truth, CORNERS, 57), oil_of(scaled_oil(truth), CORNERS, 58)
     is_kept = second.measurements.slip > 1.1 * SLIPS[0]
     fewer = replace(second, measurements=second.measurements.select_points(is_kept))
     slip = np.array([0.001, 0.004, SLIPS[1], 0.01])

@@ -1,5 +1,6 @@
 """Changes of a rig over its runs."""
 
+import functools
 from dataclasses import replace
 
 import numpy as np
@@ -36,17 +37,31 @@ def covariance_of(measured):
     return fit_surface(measured, fitted_law(measured)).misfit_covariance
 
 
-def test_a_steady_campaign_raises_no_alarm():
+@pytest.fixture(scope="module")
+def steady():
+    """A campaign without a change: its points, its order and its covariance."""
     measured, curves = campaign(np.ones(RUNS))
-    change = largest_change(covariance_of(measured), TIME[curves])
+    return measured, curves, covariance_of(measured)
+
+
+@functools.cache
+def with_late_step(truth):
+    """5 % more force from run 14 on: the order and the covariance."""
+    measured, curves = campaign(np.where(TIME >= 14, 1.05, 1.0), truth)
+    return curves, covariance_of(measured)
+
+
+def test_a_steady_campaign_raises_no_alarm(steady):
+    _, curves, covariance = steady
+    change = largest_change(covariance, TIME[curves])
     assert change is not None
     assert not change.is_alarm
 
 
 @pytest.mark.parametrize("truth", quick_ones(["jt", "own"], ["jt"]))
 def test_a_step_of_the_force_is_named_with_its_runs_whether_or_not_a_law_is_true(truth):
-    measured, curves = campaign(np.where(TIME >= 14, 1.05, 1.0), truth)
-    change = largest_change(covariance_of(measured), TIME[curves])
+    curves, covariance = with_late_step(truth)
+    change = largest_change(covariance, TIME[curves])
     assert change.is_alarm
     assert (change.effect_name, change.kind) == ("gain", "step")
     np.testing.assert_array_equal(change.pattern, TIME[curves] >= 14)
@@ -112,16 +127,14 @@ def test_a_label_names_its_runs_even_if_they_are_the_most():
 
 
 def test_sizes_that_no_rig_has_are_no_cause():
-    measured, curves = campaign(np.where(TIME >= 14, 1.05, 1.0))
-    covariance = covariance_of(measured)
+    curves, covariance = with_late_step("jt")
     tiny = ChangeSizes(gain=0.01, zero=1e-6, slip_scale=0.001, temperature_k=0.1)
     change = largest_change(covariance, TIME[curves], limits=SteadinessLimits(largest=tiny))
     assert change is None or abs(change.size) <= tiny.size_of(change.effect_name)
 
 
-def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only():
-    measured, curves = campaign(np.ones(RUNS))
-    covariance = covariance_of(measured)
+def test_a_trend_in_the_order_of_a_condition_is_seen_when_it_is_large_only(steady):
+    measured, curves, covariance = steady
     by_pressure = np.argsort(np.argsort(measured.conditions[:, 0]))
     at_random = smallest_visible_changes(covariance, TIME[curves])
     in_order = smallest_visible_changes(covariance, by_pressure)

@@ -198,7 +198,10 @@ def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils)
     # 20 kN logged as 20 MN; the third torque is more than any traction gives
     runs = plateaus([5.0, 5.0, 500.0], [6000.0, 9000.0, 6000.0])
     runs["axial_load_n"] *= [1000.0, 1.0, 1.0]
-    torque, inversion = torque_table(runs, [oil for oil in oils if oil.name == "4050"], config)
+    (oil,) = (oil for oil in oils if oil.name == "4050")
+    # the search at a crushed contact is long, and the same with the laws of other load variables
+    by_stress = replace(oil, laws={"stress": oil.laws["stress"]})
+    torque, inversion = torque_table(runs, [by_stress], config)
     crushed, sound, _ = (torque[torque["first_row"] == row] for row in (0, 1, 2))
     assert not crushed["converged"].any()
     assert crushed["torque_n_m"].isna().all()

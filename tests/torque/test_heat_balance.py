@@ -1,6 +1,7 @@
 """What heated oil changes in the bearing's tables."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from campaigns import LABORATORY
@@ -25,9 +26,19 @@ def oils(config: Settings) -> list[OilInBearing]:
     return oils_in_bearings(*printed_fits(), config)
 
 
-def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(config, oils):
-    slip = cage_slip_table(oils, config)
-    table = heat_balance_table(oils, slip, tables.empty_table("torque"), config)
+@pytest.fixture(scope="module")
+def slip(config: Settings, oils: list[OilInBearing]) -> pd.DataFrame:
+    return cage_slip_table(oils, config)
+
+
+@pytest.fixture(scope="module")
+def table(config: Settings, oils: list[OilInBearing], slip: pd.DataFrame) -> pd.DataFrame:
+    return heat_balance_table(oils, slip, tables.empty_table("torque"), config)
+
+
+def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(
+    config, oils, slip, table
+):
     assert len(table) == len(slip)
     assert table["balanced"].all()
     (of_4050,) = (oil.properties for oil in oils if oil.name == "4050")
@@ -52,9 +63,7 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(c
     assert (rows.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"] == best).all()
 
 
-def test_heated_oil_is_given_speed_with_the_mass_flow_of_the_inlet(config, oils):
-    slip = cage_slip_table(oils, config)
-    table = heat_balance_table(oils, slip, tables.empty_table("torque"), config)
+def test_heated_oil_is_given_speed_with_the_mass_flow_of_the_inlet(config, oils, table):
     rows = table[(table["oil"] == "4050") & (table["axial_load_n"] == 20000)]
     (oil,) = (oil for oil in oils if oil.name == "4050")
     # without a balance, the flow at the contacts' temperature has the density there

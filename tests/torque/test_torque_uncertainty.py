@@ -280,11 +280,12 @@ def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
 
 
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():
-    names = ("4102", "4050")
+    # of 4010 the cage slips by just more or just less than the limit at 1.4e6 mm rpm and 3 kN
+    names = ("4102", "4010")
     config = resolve(LABORATORY, {}).with_changes(
         {
             "bearing": {
-                "cage_slip": {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [500, 1e4]}
+                "cage_slip": {"pitch_speed_mm_rpm": [1.2e6, 1.4e6], "axial_load_n": [3e3, 1e4]}
             },
             "bearings": {"mainshaft-167": exact_keys("mainshaft-167")},
         }
@@ -296,8 +297,9 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     table = cage_slip_table(oils, config)
     points = ["pitch_speed_mm_rpm", "axial_load_n"]
     np.testing.assert_allclose(table.groupby(points)["best_share"].sum(), 1.0)
+    assert table["best_share"].between(0.3, 0.7).any()
     # the same by hand: each drag for all oils, evenly over its logarithm
-    points = table.loc[table["oil"] == "4050", [*LOAD_SPEED_TEMPERATURE]]
+    points = table.loc[table["oil"] == "4010", [*LOAD_SPEED_TEMPERATURE]]
     shares = OIL_VOLUME_FRACTION * np.exp(np.linspace(-0.8, 0.8, 21))
     runs = pd.concat([with_shares(oil_in_bearing, shares, points) for oil_in_bearing in oils])
     columns = runs[["cage_slip", "torque_n_m", "lambda_ratio"]].to_numpy()
@@ -345,7 +347,7 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
         groups = [CaseGroup(oil_with_run_error, "stress", frame)]
         return FrictionCases(changed_bearing, groups).calculate()["torque_n_m"]
 
-    levels = (np.arange(50) + 0.5) / 50
+    levels = (np.arange(20) + 0.5) / 20
     by_flow = np.var([torques_with([1.0], flow_m3_s) for flow_m3_s in flow.quantiles(levels)])
     by_run = np.var(torques_with(np.exp(0.05 * ndtri(levels)), flow.value))
     expected = by_flow / (by_flow + by_run)

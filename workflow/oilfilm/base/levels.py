@@ -29,12 +29,14 @@ def level_indices(values: FloatArray, width: float) -> IndexArray:
     lowest_of_level = np.nan
     known_rows = np.flatnonzero(~np.isnan(values))
     for row in known_rows[np.argsort(values[known_rows], kind="stable")]:
+        value = values[row]
         # two equal infinite values have no difference
-        is_new_level = values[row] != lowest_of_level and exceeds(
-            values[row] - lowest_of_level, width
+        is_new_level = value != lowest_of_level and (
+            # the plain comparison is quicker, and no smaller difference is a new level
+            value - lowest_of_level > width and exceeds(value - lowest_of_level, width)
         )
         if level_index == 0 or is_new_level:
             level_index += 1
-            lowest_of_level = values[row]
+            lowest_of_level = value
         level_of_row[row] = level_index
     return level_of_row

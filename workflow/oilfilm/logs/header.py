@@ -81,7 +81,8 @@ def split_bracketed_unit(name: str) -> tuple[str, str]:
         ('load', '')
     """
     # no regular expression: a name with very many brackets would take hours
-    name = name.translate(FULL_WIDTH_TO_ASCII)
+    if not name.isascii():
+        name = name.translate(FULL_WIDTH_TO_ASCII)
     if not name.endswith(("]", ")")):
         return name, ""
     after_earlier_brackets = 1 + max(name.rfind("]", 0, -1), name.rfind(")", 0, -1))
