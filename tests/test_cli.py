@@ -34,13 +34,40 @@ from oilfilm.torque.torque_uncertainty import NUMBER_NAMES_OF_CAUSE
 from oilfilm.traction.laws.deng2026 import traction_coefficient
 from page_blocks import blocks
 
-CONFIG = ["--config", str(ROOT / "config")]
+# In the tests, so that they take less time: fewer draws, and fewer points that a plan is for.
+FEWER_DRAWS = {"draws: 100 ": "draws: 40 "}
+FEWER_POINTS = {
+    "axial_load_n: [5000, 10000, 20000]": "axial_load_n: [5000, 20000]",
+    "inner_speed_rpm: [3000, 6000, 9000, 12000]": "inner_speed_rpm: [3000, 12000]",
+}
+
+
+def write_with_changes(path: Path, original: Path, changes: dict[str, str]) -> None:
+    """A copy of a file in which each text, which must be there once, is replaced."""
+    text = original.read_text(encoding="utf-8")
+    for old, new in changes.items():
+        assert text.count(old) == 1, old
+        text = text.replace(old, new)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+
+
+def config_of(results: Path) -> str:
+    """The folder of the settings beside a results folder."""
+    return str(results.parent / "config")
 
 
 @pytest.fixture(scope="module")
 def results(demo: Campaign, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A results folder with the fit of one oil."""
-    folder = tmp_path_factory.mktemp("results")
+    """A results folder with the fit of one oil, beside the settings for it."""
+    folder = tmp_path_factory.mktemp("cli") / "results"
+    config_folder = folder.with_name("config")
+    write_with_changes(config_folder / "config.yaml", ROOT / "config/config.yaml", FEWER_DRAWS)
+    write_with_changes(
+        config_folder / "campaigns/demo.yaml",
+        ROOT / "workflow/deng2026_study/campaigns/demo.yaml",
+        FEWER_POINTS,
+    )
     footer = {"campaign": "demo", "data": "simulated", "rule": "fits"}
     curated_tables = {"points": demo.curated.points, "runs": demo.curated.runs}
     fit_tables = demo.fit("4102", searches=2, bootstrap=50)
@@ -145,7 +172,7 @@ def bearing(results: Path, *options: str) -> int:
     arguments |= dict(zip(options[::2], options[1::2], strict=True))
     words = [word for option in arguments.items() for word in option]
     words = ["--bearing", "mainshaft-167", *words] if "--bearing" not in words else words
-    return main(["bearing", "--results", str(results), *CONFIG, *words])
+    return main(["bearing", "--results", str(results), "--config", config_of(results), *words])
 
 
 def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
@@ -168,7 +195,7 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
     truth = in_operation(problem(shipped("mainshaft-167"), points, "4102", 70.0))
     assert torque == pytest.approx(friction_equilibrium(truth).torque_n_m()[0], rel=0.01)
     answer = oilfilm.bearing_torque(
-        "mainshaft-167", 1e4, [[6000], [12000]], 70, "4102", results, CONFIG[1]
+        "mainshaft-167", 1e4, [[6000], [12000]], 70, "4102", results, config_of(results)
     )
     assert answer.to_frame()["torque_n_m"].iloc[1] == pytest.approx(torque, rel=5e-3)
     assert (
@@ -208,11 +235,13 @@ def test_saved_fit_with_the_name_of_a_campaign_is_no_campaign(
     footer = {"campaign": "demo", "data": "measured", "settings": None}
     tables.write(coefficients, "coefficients", saved / "tables/coefficients.parquet", footer)
     with pytest.raises(oilfilm.OilfilmError, match="saved fit names no oil and no rig"):
-        oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", saved, CONFIG[1])
+        oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", saved, config_of(results))
 
 
 def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
-    answer = oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", results, CONFIG[1])
+    answer = oilfilm.bearing_torque(
+        "mainshaft-167", 1e4, 6000, 70, "4102", results, config_of(results)
+    )
     text = answer.summary()
     assert re.search(r"best oil +4102, in \d+% of the draws", text)
     assert "not known" not in text
@@ -229,7 +258,9 @@ def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
 
 def test_frost_at_one_point_leaves_the_answers_of_the_others(results: Path) -> None:
     in_frost, alone = (
-        oilfilm.bearing_torque("mainshaft-167", 8e3, 7000, temperatures, "4102", results, CONFIG[1])
+        oilfilm.bearing_torque(
+            "mainshaft-167", 8e3, 7000, temperatures, "4102", results, config_of(results)
+        )
         for temperatures in ([100.0, -5.0], [100.0])
     )
     columns = ["torque_n_m", "torque_n_m_lower", "torque_n_m_upper"]
@@ -270,7 +301,7 @@ def test_python_of_the_page_on_bearings_does_what_it_says(
     )
     (tmp_path / "results").mkdir()
     (tmp_path / "results/demo").symlink_to(results)
-    (tmp_path / "config").symlink_to(ROOT / "config")
+    (tmp_path / "config").symlink_to(config_of(results))
     monkeypatch.chdir(tmp_path)
     variables: dict[str, Any] = {}
     exec(compile(code, "docs/how-to/bearing.md", "exec"), variables)
@@ -285,7 +316,18 @@ def test_python_of_the_page_on_bearings_does_what_it_says(
 
 
 def plan(results: Path, *options: str) -> int:
-    return main(["plan", "--results", str(results), "--oil", "4102", *CONFIG, *options])
+    return main(
+        [
+            "plan",
+            "--results",
+            str(results),
+            "--oil",
+            "4102",
+            "--config",
+            config_of(results),
+            *options,
+        ]
+    )
 
 
 def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -293,7 +335,7 @@ def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFix
     text = capsys.readouterr().out
     # of torque.matrix
     law_uncertainty = re.search(
-        r"mainshaft-167: .* cage slip .* 24 operating points: ([0-9.]+[0-9]);", text
+        r"mainshaft-167: .* cage slip .* 8 operating points: ([0-9.]+[0-9]);", text
     )
     with_exact_sensors = re.search(r"With exact sensors it would be ([0-9.]+[0-9])", text)
     whole_uncertainty = re.search(r"cage slip from everything .* uncertain: ([0-9.]+[0-9])\.", text)

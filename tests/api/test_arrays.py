@@ -247,7 +247,9 @@ def test_impossible_condition_is_told(
         fitted.predict(*at, 0.05)
 
 
-def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) -> None:
+def test_calibration_widens_the_interval_of_the_laws_mean(
+    points: pd.DataFrame, fitted: ArrayFit
+) -> None:
     columns = [points[name] for name in points]
     calibration = {"load_relative": 1e-9, "traction_force_relative": 0.01, "speed_relative": 1e-9}
     fit = oilfilm.fit(*columns, calibration={**calibration, "temperature_c": 0.0}, **QUICK)
@@ -259,7 +261,7 @@ def test_calibration_widens_the_interval_of_the_laws_mean(points: pd.DataFrame) 
     assert fit.campaign_points["load_n"].isna().all()
     assert fit.tables.fit_quality[["tested_min_load_n", "tested_max_load_n"]].isna().all(axis=None)
     # the next run has the same calibration, which its interval does not contain
-    prediction_without = oilfilm.fit(*columns, **QUICK).predict(1.0, 25, 50, 0.05)
+    prediction_without = fitted.predict(1.0, 25, 50, 0.05)
     assert float(prediction.obs_ci_upper) == float(prediction_without.obs_ci_upper)
 
 

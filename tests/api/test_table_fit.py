@@ -2,6 +2,7 @@
 
 import gzip
 import shlex
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
@@ -17,6 +18,7 @@ import pytest
 import oilfilm
 from known_laws import known_law
 from nights import quick_ones
+from oilfilm.api.arrays import ArrayFit
 from oilfilm.api.table_fit import pressure_gpa_of_load, read_mu_table
 from oilfilm.cli import main
 
@@ -35,6 +37,12 @@ def points() -> pd.DataFrame:
     law, arguments = PLANTED, [frame[name] for name in frame]
     mu = oilfilm.predict(law.law, law.coefficients, *arguments).traction_coefficient
     return frame.assign(**{MU: mu})
+
+
+@pytest.fixture(scope="module")
+def fitted(points: pd.DataFrame) -> ArrayFit:
+    """A fit of these points that no test changes."""
+    return oilfilm.fit_table(points, **QUICK)
 
 
 # Names with their units, as laboratories of many lands write them: conditions, slip and mu.
@@ -213,14 +221,12 @@ def test_data_frames_of_polars_and_arrow_are_read(points: pd.DataFrame) -> None:
 
 @pytest.mark.parametrize("ending", quick_ones(["png", "svg"], ["svg"]))
 def test_the_same_plot_has_the_same_bytes(
-    points: pd.DataFrame, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
+    fitted: ArrayFit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
 ) -> None:
-    monkeypatch.setattr(oilfilm, "fit_table", partial(oilfilm.fit_table, **QUICK))
-    table = tmp_path / "a.csv"
-    points.to_csv(table, index=False)
+    monkeypatch.setattr(oilfilm, "fit_table", lambda *_, **__: fitted)
     pictures = [tmp_path / f"{number}.{ending}" for number in range(2)]
     for picture in pictures:
-        assert main(["fit", str(table), "--plot", str(picture)]) == 0
+        assert main(["fit", "a.csv", "--plot", str(picture)]) == 0
     first, second = (picture.read_bytes() for picture in pictures)
     assert first == second
 
@@ -416,21 +422,23 @@ def test_mu_that_is_often_negative_at_positive_slip_is_refused(points: pd.DataFr
         read_mu_table(table)
 
 
-def test_an_oil_whose_name_cannot_be_saved_is_told(points: pd.DataFrame, tmp_path: Path) -> None:
-    fit = oilfilm.fit_table(points, oil="SAE 10W-40", **QUICK)
+def test_an_oil_whose_name_cannot_be_saved_is_told(fitted: ArrayFit, tmp_path: Path) -> None:
+    fit = replace(fitted, oil="SAE 10W-40")
     for write in (lambda: fit.save(tmp_path / "june"), lambda: fit.export(tmp_path / "law.py")):
         with pytest.raises(oilfilm.OilfilmError, match="found the name 'SAE 10W-40'"):
             write()
     assert not list(tmp_path.iterdir())
 
 
-def test_what_is_saved_of_simulated_points_says_so(points: pd.DataFrame, tmp_path: Path) -> None:
+def test_what_is_saved_of_simulated_points_says_so(
+    points: pd.DataFrame, fitted: ArrayFit, tmp_path: Path
+) -> None:
     text = tmp_path / "mu.csv"
     text.write_text("# simulated: yes\n" + points.to_csv(index=False), encoding="utf-8")
     oilfilm.fit_table(text, **QUICK).save(tmp_path / "june")
     for simulated, fit in (
         (True, oilfilm.fit_table(points, simulated=True, **QUICK)),
-        (False, oilfilm.fit_table(points, **QUICK)),
+        (False, fitted),
     ):
         assert fit.simulated == simulated
         assert fit.summary().startswith("SIMULATED") == simulated

@@ -16,7 +16,8 @@ from deng2026_study.printed_law import add_printed_values
 from deng2026_study.reference import read_claims
 from deng2026_study.settings import study_settings
 from oilfilm.curation.coverage import coverage, gate_counts
-from oilfilm.report.sections.build import campaign_sections
+from oilfilm.report.document import Section
+from oilfilm.report.sections.build import constants_section
 from oilfilm.report.text import text_report
 from oilfilm.settings.messages import load
 from oilfilm.settings.resolved import Settings
@@ -50,8 +51,13 @@ def demo_tables(demo: Campaign) -> CampaignTables:
     return results.replace(printed_judged=judged)
 
 
-def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
-    made = by_anchor(demo_tables, demo.config)
+@pytest.fixture(scope="module")
+def made(demo_tables: CampaignTables, demo: Campaign) -> dict[str, Section]:
+    """All sections of the demonstration, by anchor."""
+    return by_anchor(demo_tables, demo.config)
+
+
+def test_demonstration(made: dict[str, Section]) -> None:
     assert "212 of 218 runs and 6572 of 6743 points are accepted." in sentences(made["data"])
     matrix = "212 of 216 conditions of the test matrix are accepted. Refused: 4. Missing: none."
     assert f"{matrix} Tested outside the matrix: 1." in sentences(made["data"])
@@ -68,8 +74,7 @@ def test_demonstration(demo_tables: CampaignTables, demo: Campaign) -> None:
     assert inside < beyond < 5
 
 
-def test_report_tells_what_the_paper_claims(demo_tables: CampaignTables, demo: Campaign) -> None:
-    made = by_anchor(demo_tables, demo.config)
+def test_report_tells_what_the_paper_claims(made: dict[str, Section]) -> None:
     apart = cells(made["printed"], "printed_judged", "4010")
     _, printed_sse, fitted_sse, tested, beyond = (
         float(value.replace("\N{MINUS SIGN}", "-")) for value in apart.values()
@@ -89,21 +94,20 @@ def test_report_tells_what_the_paper_claims(demo_tables: CampaignTables, demo: C
     assert "CIRCULAR" in sentences(made["claims"])
 
 
-def test_text_has_the_answer_first_and_no_keys(demo_tables: CampaignTables, demo: Campaign) -> None:
-    made = campaign_sections(demo_tables, demo.config)
-    lines = text_report(made, demo.config.campaign).splitlines()
+def test_text_has_the_answer_first_and_no_keys(made: dict[str, Section], demo: Campaign) -> None:
+    lines = text_report([*made.values()], demo.config.campaign).splitlines()
     assert "SIMULATED" in lines[1]
     titles = [lines[i - 1] for i, line in enumerate(lines) if line and set(line) == {"-"}]
     assert titles[:4] == ["Answer", "Trouble", "Where to find what", "Data"]
     for key in ("deng2026", "wang-deng", "stuck_sensor"):
         assert key not in "\n".join(lines)
     # every sentence is there once
-    for section in made:
+    for section in made.values():
         for fact in section.facts:
             assert lines.count(f"- {fact.text}") == 1
 
 
-def test_unknown_sign_is_beside_its_interval(demo_tables: CampaignTables, demo: Campaign) -> None:
+def test_unknown_sign_is_beside_its_interval(demo_tables: CampaignTables) -> None:
     coefficients = demo_tables.coefficients
     chosen = coefficients["constant"] == "B2"
     planted = {"lower": -0.0213, "upper": 0.774}
@@ -112,7 +116,7 @@ def test_unknown_sign_is_beside_its_interval(demo_tables: CampaignTables, demo: 
         **{name: coefficients[name].mask(chosen, end) for name, end in planted.items()},
     )
     together = demo_tables.replace(coefficients=constants)
-    section = by_anchor(together, demo.config)["constants"]
+    section = constants_section(together)
     assert "11 of 12 constants are known. Sign unknown: B2." in sentences(section)
     assert "spans -0.0213 to 0.774." in sentences(section)
     row = cells(section, "constants0", "B2")

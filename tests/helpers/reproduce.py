@@ -198,6 +198,18 @@ def files_made(project: Path) -> set[str]:
     }
 
 
+def stamps(project: Path) -> set[tuple[str, int, int]]:
+    """Path, size and date of every file and folder of a project."""
+    paths = ((path, path.lstat()) for path in [project, *project.rglob("*")])
+    return {(path.as_posix(), stamp.st_size, stamp.st_mtime_ns) for path, stamp in paths}
+
+
+def changed_files(before: set[tuple[str, int, int]], after: set[tuple[str, int, int]]) -> set[str]:
+    """Paths that differ between two stamps, without bytecode and Snakemake's notes."""
+    of_runs = re.compile(r"/(\.snakemake/(log|iocache)|__pycache__)")
+    return {path for path, *_ in before ^ after if not of_runs.search(path)}
+
+
 def content(path: Path) -> object:
     """Bytes of a file, or target of a link."""
     return path.readlink() if path.is_symlink() else path.read_bytes()

@@ -52,7 +52,9 @@ def pages(demo: Campaign) -> dict[str, dict[str, Any]]:
 
 
 def samples_of(demo: Campaign, run_id: str) -> pd.DataFrame:
-    samples = demo.ingested.all_samples()
+    runs = demo.ingested.runs
+    (oil,) = runs.loc[runs["run_id"] == run_id, "oil"]
+    samples = demo.ingested.samples_of_oil[oil]
     return samples[samples["run_id"] == run_id]
 
 
@@ -96,8 +98,9 @@ def test_marks_are_where_the_trouble_is(demo: Campaign, pages: dict[str, dict[st
     first, rows = int(0.4 * 4020), 4020
     stuck = pages["stuck_sensor"]
     assert (stuck["place"], stuck["first_row"], stuck["last_row"]) == ("rows", first + 1, rows)
+    page = page_of(demo, stuck)
     for panel in range(4):
-        marked = marks(page_of(demo, stuck), panel)
+        marked = marks(page, panel)
         assert marked == pytest.approx([first / 50, (rows - 1) / 50])
     # a cut log is marked at its end, a whole run at both ends
     for rule, place, ends in (

@@ -23,6 +23,8 @@ from oilfilm.report.document import (
 from oilfilm.report.sections.build import (
     bearing_section,
     campaign_sections,
+    data_section,
+    laws_section,
     refused_section,
     relative_uncertainty,
 )
@@ -30,7 +32,7 @@ from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import NOT_KNOWN
-from reports import OILS, by_anchor, cells, report_of, rows, sentences
+from reports import OILS, cells, report_of, rows, sentences
 
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 
@@ -61,7 +63,7 @@ def test_law_is_judged_once_for_oils(
     other = {"oil": OILS[2], "law": "deng2026", "verdict": "best"}
     judged = rows("law_verdicts", *({"oil": oil, **row} for oil in OILS[:2]), other)
     changed = results.replace(law_verdicts=judged, fit_quality=rows("fit_quality", *compared))
-    fact, best, *_ = by_anchor(changed, config)["laws"].facts
+    fact, best, *_ = laws_section(changed, config).facts
     assert fact.text.startswith(f"{OILS[0]}, {OILS[1]}: ")
     assert fact.is_trouble == (verdict == "another law is better")
     assert "hyperbolic tangent" in fact.text
@@ -73,7 +75,7 @@ def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Sett
     film = np.where(results.points["oil"] == "4050", "cannot be judged", "full film")
     runs = results.runs.assign(oil=np.where(results.runs["verdict"] == "refused", "4010", "4050"))
     changed = results.replace(points=results.points.assign(film_judgement=film), runs=runs)
-    brief = [fact.text for fact in by_anchor(changed, config)["data"].facts if fact.is_trouble]
+    brief = [fact.text for fact in data_section(changed, config).facts if fact.is_trouble]
     assert any(line.startswith("NOT ENOUGH: oil 4010: 0 of 1 runs accepted") for line in brief)
     assert any(line.startswith("FILM NOT JUDGED") and "4050" in line for line in brief)
 
@@ -83,7 +85,7 @@ def test_bearing_errors_leave_out_skidding_cages(results: CampaignTables, config
     torque = results.torque.assign(
         **at, converged=True, run_id=["a", "b"], bistable=[False, True], energy_error=0.0
     )
-    section = by_anchor(results.replace(torque=torque), config)["bearing"]
+    section = bearing_section(results.replace(torque=torque), config)
     left_out = "Left out, because the cage may roll or skid: 1 of 2 plateaus."
     assert f"{left_out} Operating points: 4102 at 12000 rpm, 5000 N, 100 degC." in sentences(
         section
@@ -104,7 +106,7 @@ def test_torque_logs_with_a_colon_in_their_names_are_counted_one_by_one(
         for run_id, file in [*names.items(), ("b.xlsx:2", "b.xlsx")]
     ]
     changed = results.replace(torque_runs=rows("torque_runs", *plateaus))
-    assert "3 of them have runs that were kept" in sentences(by_anchor(changed, config)["bearing"])
+    assert "3 of them have runs that were kept" in sentences(bearing_section(changed, config))
 
 
 def test_bearing_section_says_where_the_motion_is_not_known(
@@ -112,7 +114,7 @@ def test_bearing_section_says_where_the_motion_is_not_known(
 ) -> None:
     flags = pd.array([None, False], dtype="boolean")
     torque = results.torque.assign(converged=True, run_id=["a", "b"], bistable=flags)
-    section = by_anchor(results.replace(torque=torque), config)["bearing"]
+    section = bearing_section(results.replace(torque=torque), config)
     assert "not known at 1 of 2 plateaus whether the cage may roll or skid" in sentences(section)
     assert "Left out" not in sentences(section)
     assert cells(section, "torque", "4102")["Points"] == "2"
@@ -124,7 +126,7 @@ def test_bearing_section_says_that_the_momentum_of_feed_oil_is_missing(
     torque = results.torque.assign(converged=True, run_id=["a", "b"], torque_n_m_uncertainty=0.1)
     for momentum_n_m, is_missing in ((np.nan, True), (0.4, False)):
         changed = results.replace(torque=torque.assign(momentum_torque_n_m=momentum_n_m))
-        section = by_anchor(changed, config)["bearing"]
+        section = bearing_section(changed, config)
         assert ("lacks the momentum of the feed oil" in sentences(section)) == is_missing
         assert "has no uncertainty" not in sentences(section)
 
@@ -140,7 +142,7 @@ def test_refits_are_said_to_lack_only_where_they_do(
     error = 0.1 if has_errors else np.nan
     coefficients = results.coefficients.assign(standard_error=error)
     changed = results.replace(torque=torque, coefficients=coefficients)
-    assert ("has no refits" in sentences(by_anchor(changed, config)["bearing"])) == lacks_refits
+    assert ("has no refits" in sentences(bearing_section(changed, config))) == lacks_refits
 
 
 def test_operating_point_without_a_full_film_says_so(
@@ -178,7 +180,7 @@ def test_best_oils_of_a_heated_bearing_are_compared_where_both_are_known(
         for number, (before, after) in enumerate(zip(best, heated, strict=True))
     ]
     balance = rows("heat_balance", *points)
-    section = by_anchor(results.replace(heat_balance=balance), config)["bearing"]
+    section = bearing_section(results.replace(heat_balance=balance), config)
     assert "1 of 2 operating points" in sentences(section)
     assert "at 2 more" in sentences(section)
 
@@ -196,7 +198,7 @@ def test_remarks_on_the_sheet_are_no_refusals(results: CampaignTables, config: S
     counts = rows("gate_counts", {"gate": UNLISTED}, {"gate": "thin_film", "points": 4})
     listed = pd.concat([results.quarantine, rows("quarantine", remark)], ignore_index=True)
     changed = results.replace(quarantine=listed, gate_counts=counts)
-    section = by_anchor(changed, config)["refused"]
+    section = refused_section(changed, config)
     assert [row[0] for row in section.tables[0].rows] == ["thin film"]
     assert remark["reason"] not in sentences(section)
 

@@ -19,7 +19,7 @@ from command_line import succeeded
 from extensions import EXTENSIONS, SCHEMAS, Edit, apply, listed
 from nights import quick_ones
 from reference_pages import GENERATED
-from reproduce import announced_jobs, succeed
+from reproduce import announced_jobs, changed_files, stamps, succeed
 
 pytestmark = pytest.mark.workflow
 
@@ -164,9 +164,13 @@ def test_change_makes_due_what_it_affects_and_nothing_else(project: Path, name: 
 
 
 @pytest.mark.parametrize("name", quick_ones(NOTHING_DUE, QUICK_NOTHING_DUE))
-def test_words_and_dates_make_nothing_due(project: Path, name: str) -> None:
+def test_words_and_dates_make_nothing_due_and_a_dry_run_changes_no_file(
+    project: Path, name: str
+) -> None:
     NOTHING_DUE[name](project)
+    before = stamps(project)
     assert jobs_due(project) == {}
+    assert not changed_files(before, stamps(project))
 
 
 @pytest.mark.parametrize("section", EXTENSIONS)

@@ -6,7 +6,7 @@ something else (the limits are `drift` of `config.yaml`).
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -149,8 +149,10 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         DiffSection("Columns of tables", ("column", "A", "B"), _unshared_columns(before, after))
     )
     try:
-        changes_of_constants = _changes_of_constants(before, after)
-        changes_of_traction = _changes_of_traction(before, after, drift)
+        fits_before = _configured_fits(before)
+        fits_after = _configured_fits(after)
+        changes_of_constants = _changes_of_constants(fits_before, fits_after)
+        changes_of_traction = _changes_of_traction(fits_before, fits_after, drift)
     except KeyError as error:
         raise OilfilmError(
             f"{before.name}, {after.name}: the constants cannot be compared, because the column "
@@ -304,12 +306,26 @@ def _changed_lines_of_summary(
 # ---------------------------------------------------------------- constants and traction
 
 
-def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]:
-    """Coefficients and quality of the configured law of each oil; empty where there are none."""
+class _ConfiguredFits(NamedTuple):
+    """Fits of the configured law of each oil; the tables are empty where there are none.
+
+    Attributes:
+        coefficients: Rows of the table `coefficients`.
+        quality: Rows of the table `fit_quality`.
+    """
+
+    coefficients: pd.DataFrame
+    quality: pd.DataFrame
+
+
+def _configured_fits(stored: StoredRelease) -> _ConfiguredFits:
+    """The fits of the configured law in a release."""
     coefficients = stored.read_table("coefficients")
     quality = stored.read_table("fit_quality")
     if coefficients is None or quality is None:
-        return tables.empty_table("coefficients"), tables.empty_table("fit_quality")
+        return _ConfiguredFits(
+            tables.empty_table("coefficients"), tables.empty_table("fit_quality")
+        )
     lacks_a_fit = len(coefficients.merge(quality[["oil", "law"]])) != len(coefficients)
     quality = quality[quality["configured"]]
     has_unknown_law = not set(quality["law"]) <= set(LAWS)
@@ -318,20 +334,19 @@ def _configured_fits(stored: StoredRelease) -> tuple[pd.DataFrame, pd.DataFrame]
             f"{stored.folder}: tables/fit_quality.parquet lacks a fit, or has a configured law "
             "that is not known here, or more than one of an oil."
         )
-    return coefficients.merge(quality[["oil", "law"]]), quality
+    return _ConfiguredFits(coefficients.merge(quality[["oil", "law"]]), quality)
 
 
-def _changes_of_constants(before: StoredRelease, after: StoredRelease) -> pd.DataFrame:
+def _changes_of_constants(before: _ConfiguredFits, after: _ConfiguredFits) -> pd.DataFrame:
     """Changes of the constants in standard errors, as in `Comparison.changes`."""
-    constants_before, _ = _configured_fits(before)
-    constants_after, _ = _configured_fits(after)
+    constants_before = before.coefficients
     standard_error = constants_before["standard_error"].fillna(
         constants_before["naive_standard_error"]
     )
     constants_before = constants_before.rename(columns={"value": "before"}).assign(
         error=standard_error.where(standard_error != 0)
     )
-    constants_after = constants_after.rename(columns={"value": "after"})
+    constants_after = after.coefficients.rename(columns={"value": "after"})
     constants = constants_before.merge(constants_after, on=["oil", "law", "constant"], how="outer")
     lacks_before = constants["before"].isna()
     lacks_after = constants["after"].isna()
@@ -343,7 +358,7 @@ def _changes_of_constants(before: StoredRelease, after: StoredRelease) -> pd.Dat
 
 
 def _changes_of_traction(
-    before: StoredRelease, after: StoredRelease, drift: DriftSettings
+    before: _ConfiguredFits, after: _ConfiguredFits, drift: DriftSettings
 ) -> pd.DataFrame:
     """Largest relative change of mu of each oil, as in `Comparison.changes`."""
     fits_before = _fits_by_oil(before)
@@ -360,11 +375,12 @@ def _changes_of_traction(
     return pd.DataFrame(rows, columns=["oil", "what", "before", "after", "change", "where"])
 
 
-def _fits_by_oil(stored: StoredRelease) -> dict[str, FittedLaw]:
+def _fits_by_oil(fits: _ConfiguredFits) -> dict[str, FittedLaw]:
     """The fit of the configured law of each oil."""
-    coefficients, quality = _configured_fits(stored)
-    oils = coefficients["oil"].unique()
-    return {oil: FittedLaw.from_tables(coefficients, oil, quality=quality) for oil in oils}
+    oils = fits.coefficients["oil"].unique()
+    return {
+        oil: FittedLaw.from_tables(fits.coefficients, oil, quality=fits.quality) for oil in oils
+    }
 
 
 def _largest_change(
