@@ -1,4 +1,8 @@
-"""Read one share of the raw logs into samples, then find and judge the plateaus of its runs."""
+"""Read one share of the raw logs into samples, then find and judge the plateaus of its runs.
+
+A share has at most `split.runs` logs on average, by the settings. `quarantine` lists what is
+refused, and `logs` the sha256 of each log.
+"""
 
 from pathlib import Path
 

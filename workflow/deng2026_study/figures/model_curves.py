@@ -397,8 +397,8 @@ def fig04(results: CampaignTables, settings: Settings) -> Sheet:
     errors. Full lines: fit to all curves. Dashed lines: fit without this curve. Dotted lines:
     law of the paper (Eq. 7), fitted without this curve. Symbols: plateau means with the 95 %
     interval of their random error. Open symbols at zero slip: fit not certified. The rms errors are
-    those of the fit with the curve and without it. The groups and readings of the Wang-Deng laws
-    are ours.
+    those of the fit with the curve and without it. The dimensionless groups of the Wang-Deng laws,
+    and how their equations are read, are of this software.
     """
     fits = results.fit_quality.dropna(subset="rmse")
     sheet = Sheet(panel_count=4, column_count=2, height=(1.7, 1.5), across=0.55, down=0.45)

@@ -347,6 +347,7 @@ def _lines_of_tests(plan: NextTests, count: int, settings: Settings) -> Iterator
     limits_in_words = limits_with_counts(plan.candidates.left_out_count_by_limit)
     note_on_beyond = f"; the others are beyond {limits_in_words}" if limits_in_words else ""
     yield f"{len(plan.candidates.tests)} conditions of plan.levels can be run{note_on_beyond}."
+    # tests that can be run and are not chosen have the order 0
     tests = plan.table().query("test_order > 0").sort_values("test_order")
     if len(tests):
         new_columns = {

@@ -219,6 +219,7 @@ def traction_unphysical(points: pd.DataFrame, rig_kind: TractionRig) -> "pd.Seri
 def _hint_at_unit_of_load(points: pd.DataFrame, rig_kind: TractionRig) -> str:
     """A hint at the units of the load with which too large traction coefficients are usual ones."""
     mu_sizes = points["traction_coefficient"].abs()
+    # the slip from which the sign of the force is judged is also one at which mu has a usual size
     is_sliding = points["slide_roll_ratio"].abs() > rig_kind.gate_limits.sign_slip_min
     median_mu = mu_sizes[is_sliding].median()
     largest_mu = mu_sizes.max()
@@ -331,6 +332,7 @@ def sentence_of(plateau_gate: Gate[PlateauJudge], points: pd.DataFrame, rig_kind
 
 # ---------------------------------------------------------------- verdicts
 
+# A run that is refused by a likely mistake also names, after these words, what refuses it as it is.
 _IF_NOT_THE_MISTAKE = (
     "If that is not the mistake, correct the fault that is named after 'as it is'."
 )
@@ -339,10 +341,12 @@ _IF_NOT_THE_MISTAKE = (
 def advice_for(rule: str, rig_class: type[RigKind]) -> str:
     """What to do about a refusal by a gate or rule, in the words of a kind of rig."""
     advice = {name: entry["advice"] for name, entry in RULES["gates"].items()}
+    # rules that are no gates, as that of a missing zero
     advice |= RULES["others"]
     advice[EXCLUDED] = EXCLUDED_ADVICE
     # some rules have another advice for one kind of rig
     advice |= RULES[rig_class.name]
+    # mistakes in a log that would explain its faults, as two exchanged columns
     for name, text in RULES["mistakes"].items():
         advice[name] = f"{text} {_IF_NOT_THE_MISTAKE}"
     return str(advice[rule]).format(**rig_class.terms)

@@ -1,6 +1,7 @@
 """Whether a fit is sound: its optimum confirmed, its law adequate, its campaign steady.
 
-The table `lack_of_fit` compares the misfit of each fit with the noise of its data.
+The table `lack_of_fit` compares the residuals of each fit with the noise of its data. A misfit is
+the distance of a law from the surface of measured mu.
 
 Decides: when a fit is called sound; which runs repeat a condition; what is noise, and what is lack
 of fit.
@@ -458,8 +459,8 @@ def soundness_row(
             "condition missing": is_condition_missing,
             # what the surface explains is no scatter
             "none fits": surface is not None and surface.no_law_fits,
-            # `relative_rms` is of residuals, over the rms of mu. The limit of an odd curve is the
-            # law's too, as the column `law_verdict` says
+            # `relative_rms` is of residuals, over the rms of mu. The scatter from which a curve
+            # counts as odd (`odd_scatter`) is the limit of the whole fit, too
             "misfit": quality_row["relative_rms"] > settings.fit.odd_scatter
             or misfit > largest_misfit,
             "lack of fit": is_lack_of_fit_shown,

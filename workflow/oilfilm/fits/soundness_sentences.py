@@ -100,9 +100,9 @@ _SENTENCE_BY_LAW_VERDICT = {
     "none fits": "No law is adequate: the measurements depart from this one by {misfit:.1%} of mu, "
     "and runs scatter by {run_scatter:.1%}. Its constants describe the tested conditions, not the "
     "oil.",
-    "misfit": "The law is not adequate: it misses the points by more than fit.odd_scatter, or "
-    "departs from the measurements by more than runs scatter (surface.largest_misfit). Use a law "
-    "that fits better. A condition may be missing, or runs do not belong together.",
+    "misfit": "The law is not adequate: it misses the points by more than fit.odd_scatter of mu, "
+    "or departs from the measurements by more than runs scatter (surface.largest_misfit). Use a "
+    "law that fits better. A condition may be missing, or runs do not belong together.",
     "lack of fit": "The law is not adequate: it misses more than repeated runs scatter.",
     "condition missing": "A condition is not known of every run, so that mu is mixed over its "
     "levels. Fill it in in the campaign or rig file.",
@@ -142,6 +142,7 @@ def _change_sentence(row: Mapping[str, Any]) -> str:
 
 def _change_clause(row: Mapping[str, Any]) -> str:
     """What changed, and what acts like it."""
+    # the column `change` names the cause, as `traction force`
     cause, size = row["change"], row["change_size"]
     if cause.endswith(" factor"):
         quantity = "the entrainment speed" if cause == "speed factor" else "the slip"

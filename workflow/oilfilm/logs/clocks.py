@@ -39,6 +39,7 @@ def with_time_column(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
         for index in quantities_and_units
         if index in table.clock_of_column or index in table.time_index_of_column
     ]
+    # a format that knows its columns (`table.columns`) knows its time, too
     if has_time or not clocked_column_indices or table.columns:
         return table
     indices_without_start = [
@@ -243,7 +244,11 @@ def _append_time_column(
 
 
 def _start_of_channel(table: LoggedTable, index: int) -> float:
-    """Start of a channel by its clock and by the header; NaN where it is not known."""
+    """Start of a channel; NaN where it is not known.
+
+    Its clock counts from the start of the channel's own record, whose start after that of the log
+    is in `start_s_of_column`.
+    """
     start = table.clock_of_column[index].start if index in table.clock_of_column else 0.0
     return start + table.start_s_of_column.get(index, 0.0)
 

@@ -144,6 +144,7 @@ def compare(before: StoredRelease, after: StoredRelease, drift: DriftSettings) -
         )
         for title in values_before
     ]
+    # `drift.errors` is the largest relative change of a standard error or a width of an interval
     statements = list(changed_statements(before.read_table, after.read_table, drift.errors))
     input_sections.append(
         DiffSection("Columns of tables", ("column", "A", "B"), _unshared_columns(before, after))

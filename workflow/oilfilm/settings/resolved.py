@@ -72,8 +72,8 @@ class Settings(ConfigKeys):
             mode="json", exclude_unset=True, include=campaign_keys
         )
         values_with_defaults = self.campaign.model_dump(mode="json", include=campaign_keys)
-        # a listed key needs a value, or `from_plain_values` gives it no attribute. In nested groups
-        # it adds the defaults, so that these groups are kept as they are written
+        # A listed key needs a value, or `from_plain_values` gives it no attribute. A nested group
+        # is kept as it is written: `from_plain_values` adds its defaults.
         campaign_values = values_with_defaults | written_values
         setting_values = self.model_dump(mode="json", exclude_unset=True, include=set(keys))
         listed_values = {

@@ -7,9 +7,10 @@ runs, as a step or a trend. Twice the logarithm of the likelihood is then
     L(v) + 2 beta p' q - beta^2 p' W p,   W = Z' P Z,   q = Z' P y,
 
 where P is the inverse covariance of the points with the variance v, and L(v) is the value without a
-change. The most likely beta is p'q / p'Wp; there, twice the logarithm of the likelihood ratio is
-(p'q)^2 / p'Wp. All variances follow from the eigenvalues of W at v = 0, or for many curves from
-features of a few conditions (Nystrom).
+change. The points of a curve are few weighted sums of its measured points, which are called its
+coordinates (`reduction`). The most likely beta is p'q / p'Wp; there, twice the logarithm of the
+likelihood ratio is (p'q)^2 / p'Wp. All variances follow from the eigenvalues of W at v = 0, or for
+many curves from features of a few conditions (Nystrom).
 
 Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
 Eq. A.9 and A.10 (inverse and determinant of a sum).

@@ -4,7 +4,8 @@ Each point of the oils i = 1, 2 has
 
     ln mu_i = law + c -+ r/2 + effects of its run + noise,   r = ln(mu_2 / mu_1)
 
-c is the departure of both oils from one law. r has a constant part that is almost free, a
+c is the departure of both oils from one law. The covariance of law and departure is called smooth,
+that of effects and noise is not. r has a constant part that is almost free, a
 difference of the constants of the law, and a departure of its own. c and r are independent, so that
 at conditions and slips at which both oils were tested r depends on the difference of their ln mu
 only: c cancels.

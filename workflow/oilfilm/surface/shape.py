@@ -1,10 +1,10 @@
 """Curves whose shape contradicts what the other curves of the oil say.
 
 Each point is judged by all other points, those of its own curve included, and each curve by all
-other curves. Both follow from the inverse covariance in closed form. Over all points it is
-V K^-1 V' + (s^2 (I - V V') + z z')^-1, with K the covariance of the coordinates of curves and s the
-noise of points. z is what V leaves of the zero of a run: V is smooth, and near zero traction the
-effect of the zero is not. The second inverse is that in the space beyond V.
+other curves. Both follow from the inverse covariance in closed form. The inverse covariance of all
+points is V K^-1 V' + (s^2 (I - V V') + z z')^-1, with K the covariance of the coordinates of curves
+and s the noise of points. z is what V leaves of the zero of a run: V is smooth, and near zero
+traction the effect of the zero is not. The second inverse is that in the space beyond V.
 
 A bad curve makes the departure and the noise large, and so hides itself. It also makes good curves
 near it look odd. So bad curves are left out. The retained curves alone judge all curves, and the
@@ -17,7 +17,7 @@ law and the sizes are fitted to them:
 3. Step 2 is repeated until the retained curves stay the same.
 4. A curve that was left out may show what the retained ones do not: a corner of the plan where the
    oil behaves otherwise. So it must also be odd, by lower limits, where the departure from the law
-   is fitted to all curves. The errors of the rig are those of the retained curves.
+   is fitted to all curves of the sample. The errors of the rig are those of the retained curves.
 
 This is the search for outliers by a subset without them, as in the minimum covariance determinant.
 In a large campaign law and sizes come from a sample, and a curve is judged by the curves in its

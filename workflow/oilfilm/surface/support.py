@@ -121,6 +121,7 @@ def support_codes(
         (Support.FAR_FROM_TESTED_SLIPS, coverage.is_far(slip, limits)),
         (Support.FEW_SLIPS, has_few_slips & is_untested_slip),
         (Support.FAR_FROM_TESTED_CONDITIONS, distance_in_ranges > limits.reach_in_ranges),
+        # a condition of one level has no range, so that the distance from it is infinite
         (Support.CONDITION_NOT_VARIED, np.isinf(distance_in_ranges)),
     ]
     codes = np.full(len(slip), Support.SUPPORTED, dtype=np.int64)

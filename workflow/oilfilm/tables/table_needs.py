@@ -1,6 +1,7 @@
 """The parts of a campaign that a table needs, for the rules of the workflow.
 
-`FIT_TABLES` and `SURFACE_TABLES` are the tables of one fit and of one surface.
+`FIT_TABLES` and `SURFACE_TABLES` are the tables of one fit and of one surface. What each table
+holds is declared in the YAML files of this folder.
 
 Decides: which tables a campaign does not have.
 """

@@ -58,6 +58,7 @@ def constants(results: CampaignTables, settings: Settings) -> Sheet:
     Fitted constants of the traction law for each oil, with their standard errors from a
     bootstrap over curves; none where there are too few.
     """
+    # a study has constants that a paper printed; a campaign alone has none
     table = results.configured_fits.coefficients.assign(printed_value=np.nan)
     return draw_constants(table, list(settings.oils))
 
@@ -203,8 +204,8 @@ def law_errors(results: CampaignTables, settings: Settings) -> Sheet:
 
     Rms error of each law over the rms of the measured traction coefficient: on fitted curves, on
     curves left out, and on the lowest and highest levels of pressure, speed and temperature left
-    out. Open symbols: fit not certified (the table of the comparison says why). The groups and
-    readings of the Wang-Deng laws are ours.
+    out. Open symbols: fit not certified (the table of the comparison says why). The dimensionless
+    groups of the Wang-Deng laws, and how their equations are read, are of this software.
     """
     compared = results.fit_quality.dropna(subset="rmse")
     oils = list(settings.oils)
@@ -333,9 +334,10 @@ def friction_map(results: CampaignTables, settings: Settings) -> Sheet:
     Traction coefficient of the fitted law (colour and labelled lines) over entrainment speed
     (m/s) and slide-roll ratio, one column of panels per oil and one row per maximum Hertz
     pressure, at one inlet temperature. Dotted line: limiting shear stress of the oil over pressure
-    (Bair and Winer 1979); no film carries more. Dashed line: limit of lambda, below which the film
-    is not full, on the first rig whose contact and roughness are known. Frame: tested conditions.
-    Traction coefficients above 5, which only an extrapolated law has, are not coloured.
+    (Bair and Winer 1979), or that of usual oils where the file of the oil does not state it; no
+    film carries more. Dashed line: limit of lambda, below which the film is not full, on the first
+    rig whose contact and roughness are known. Frame: tested conditions. Traction coefficients above
+    5, which only an extrapolated law has, are not coloured.
     """
     map_settings = settings.figures.friction_map
     fit_by_oil = _fit_by_oil(results)
@@ -421,7 +423,10 @@ def _fit_by_oil(results: CampaignTables) -> dict[str, FittedLaw]:
 def _draw_tested_frame(
     panel: Panel, fit: FittedLaw, pressure_gpa: float, temperature_c: float
 ) -> None:
-    """Draw a frame round the tested speeds and slips, if pressure and temperature were tested."""
+    """Draw a frame round the tested speeds and slips, if pressure and temperature were tested.
+
+    The tested ranges are widened by what runs may miss their set points.
+    """
     pressures, speeds, temperatures, slips = fit.widened_box
     pressure_tested = pressures[0] * 0.99 <= pressure_gpa <= pressures[1] * 1.01
     temperature_tested = temperatures[0] - 1 <= temperature_c <= temperatures[1] + 1
