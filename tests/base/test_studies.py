@@ -6,8 +6,9 @@ from types import SimpleNamespace
 
 import pytest
 
-from oilfilm.base import studies
+from oilfilm.base import home, studies
 from oilfilm.base.errors import OilfilmError
+from oilfilm.base.figure_catalogue import figures
 from oilfilm.cli import export
 
 
@@ -55,3 +56,13 @@ def test_published_constants_of_every_study_are_exported(
     export.run(Namespace(oil=None, folder=tmp_path / "exported"))
     names = sorted(file.name for file in (tmp_path / "exported").iterdir())
     assert names == ["4010", "4050", "4102"]
+
+
+def test_every_reference_file_of_a_figure_is_found_and_read() -> None:
+    pytest.importorskip("deng2026_study")
+    names = {name for figure in figures().values() for name in figure.references}
+    content_by_name = studies.read_references(home.reference_file(name) for name in names)
+    assert content_by_name.keys() == names
+    # data/reference is shared, and in no folder of a study
+    printed = content_by_name["printed_coefficients"].constants_by_oil()
+    assert printed["4102"][0] == -0.01567792

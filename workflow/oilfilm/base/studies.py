@@ -174,6 +174,20 @@ def load_studies(package_names: Iterable[str]) -> list[Study]:
     return [import_module(f"{file.parent.name}.study").STUDY for file in study_files(package_names)]
 
 
+def read_references(files: Iterable[Path]) -> dict[str, Any]:
+    """Content of the reference files of figures, by their names, as the studies read them.
+
+    A study is imported only where there is such a file. A second study with reference files of its
+    own needs a way to tell whose a file is, which is not written: files that several studies share
+    lie in no folder of a study.
+    """
+    content_by_name: dict[str, Any] = {}
+    for file in files:
+        for study in load_studies(available()):
+            content_by_name[file.stem] = study.read_reference(file)
+    return content_by_name
+
+
 def simulator() -> str:
     """Name of the package that simulates logs; empty where there is none."""
     for package_name in available():
