@@ -57,9 +57,8 @@ with run.job(snakemake) as job:
         log_digests = dict(zip(runs_of_oil["file"], runs_of_oil["sha256"], strict=True))
         inputs_of_oil = {f"logs of {oil}": mapping_digest(log_digests)[:16]}
         provenance = {**job.provenance, "inputs": inputs_of_oil}
-        with tables.writing(
-            "points", Path(points_path_of_oil), provenance, tables.ROWS_PER_GROUP
-        ) as write_block:
-            for block in tables.read_blocks("points", points_path):
-                write_block(block[block["oil"] == oil])
+        points_of_oil = (
+            block[block["oil"] == oil] for block in tables.read_blocks("points", points_path)
+        )
+        tables.write_blocks(points_of_oil, "points", Path(points_path_of_oil), provenance)
         tables.write(runs_of_oil, "runs", Path(runs_path_of_oil), provenance)

@@ -70,11 +70,8 @@ class Job:
         """
         for table_name in table_names:
             path = Path(self.snakemake.output[table_name])
-            with tables.writing(
-                declaration_name(table_name), path, self.provenance, tables.ROWS_PER_GROUP
-            ) as add_rows:
-                for block in self.input_tables.blocks(table_name):
-                    add_rows(block)
+            blocks = self.input_tables.blocks(table_name)
+            tables.write_blocks(blocks, declaration_name(table_name), path, self.provenance)
 
     def raw_logs(self, folder_name: str) -> RawLogs:
         """The raw logs: the inputs `logs`, in the order of the params `files`.

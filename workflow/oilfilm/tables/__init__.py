@@ -332,6 +332,25 @@ def write(frame: pd.DataFrame, table_name: str, path: Path, provenance: Mapping[
 ROWS_PER_GROUP = 1 << 18
 
 
+def write_blocks(
+    blocks: Iterable[pd.DataFrame], table_name: str, path: Path, provenance: Mapping[str, Any]
+) -> None:
+    """Write the blocks of a long table, of which one is in memory at a time.
+
+    Args:
+        blocks: Its rows; the bytes do not depend on how they are divided.
+        table_name: Name of the declaration in `TABLES`.
+        path: Parquet file to write.
+        provenance: As for `write`.
+
+    Raises:
+        OilfilmError: As in `writing`.
+    """
+    with writing(table_name, path, provenance, ROWS_PER_GROUP) as write_block:
+        for block in blocks:
+            write_block(block)
+
+
 @contextmanager
 def writing(
     table_name: str, path: Path, provenance: Mapping[str, Any], group_row_count: int | None = None
