@@ -42,6 +42,19 @@ def test_no_command_imports_matplotlib_before_it_draws() -> None:
     succeeded([sys.executable, "-c", script])
 
 
+def test_check_of_a_log_loads_no_slow_module_that_it_does_not_use(tmp_path: Path) -> None:
+    log = tmp_path / "a.csv"
+    log.write_bytes(csv())
+    unused = ["scipy.optimize", "scipy.signal", "scipy.stats", "matplotlib"]
+    arguments = ["check", str(log), "--config", str(ROOT / "config")]
+    # a module that is None cannot be imported
+    script = (
+        f"import sys; sys.modules.update(dict.fromkeys({unused})); "
+        f"from oilfilm.cli import main; sys.exit(main({arguments}))"
+    )
+    succeeded([sys.executable, "-c", script])
+
+
 def test_what_only_the_workflow_has_is_named(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -89,3 +89,16 @@ def test_a_kink_stalls_a_curve_unless_its_steps_may_turn(kink):
     assert crossings.reached_last_value.tolist() == [kink > 0]
     if kink:
         np.testing.assert_allclose(crossings.unknowns, [[1.5]], atol=1e-6)
+
+
+@pytest.mark.parametrize("kink", [0.0, 1.0])
+def test_a_curve_that_takes_only_steps_below_the_kink_length_is_given_up(kink):
+    # level = x: no step is longer than 0.4, so that 61 of them come no farther than level 25
+    def line(unknowns, level, _):
+        return unknowns - level[..., np.newaxis]
+
+    crossings = trace(line, 0 * ONE, ONE, np.zeros(1), 50.0, -1.0, 60.0, kink_length=kink)
+    assert crossings.reached_last_value.tolist() == [kink == 0]
+    assert not crossings.turned_back.any()
+    if kink:
+        assert 5.0 < crossings.end_parameter[0] < 25.0

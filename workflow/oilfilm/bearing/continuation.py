@@ -138,7 +138,8 @@ def trace(
         first_value: Curves that have turned back end at this value of the parameter.
         last_value: The other curves end at this value of the parameter, at least `wanted_value`.
         kink_length: Steps shorter than this may turn by any acute angle. At a kink of the residuals
-            a step turns by the same angle, however short it is.
+            a step turns by the same angle, however short it is. A curve that takes only such steps
+            is given up.
         tolerance: Largest residual of a state on its curve. Crossings are only interpolated.
     """
     curve_count, unknown_count = start.shape

@@ -129,7 +129,7 @@ def _plans_of_tests(
             known_names = ", ".join(name for name in settings.oils if name in fitted_oils) or "none"
             reasons.append(
                 f"{results_folder}: no fit of oil {oil_name!r}; there are fits of {known_names}. "
-                "Tests are planned by a fit."
+                "A plan of tests needs a fit."
             )
             continue
         try:

@@ -256,7 +256,7 @@ def _start_of_channel(table: LoggedTable, index: int) -> float:
 def _unknown_start_problem(table: LoggedTable, indices: Sequence[int]) -> base.Refusal:
     """Why channels cannot be paired: those with these indices have no start time.
 
-    Where the channels that have one agree, `LoggedTable` gives the others the same.
+    Where the channels that have one agree, the reader of the format gives the others the same.
     """
     names = ", ".join(repr(table.names[index][:60]) for index in indices)
     reason = (
