@@ -22,8 +22,8 @@ setup: $(READY) ## set up .venv only
 
 dev: $(DEV) ## the same, with what tests and checks need
 
-test: lint ## every static check, then the tests
-	$(PYTEST)
+test: lint ## every static check, then the quick tests (3 min); SLOW=yes: the slow ones, too (10 min)
+	$(PYTEST) $(if $(SLOW),,-m "not slow and not nightly")
 
 lint: $(DEV) ## every static check: style, format, types, imports, workflow
 	@$(MAKE) --no-print-directory -j 2 lint-types lint-rest

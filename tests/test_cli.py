@@ -89,6 +89,7 @@ def ask(results: Path, oil: str = "4102", **changed: str) -> int:
     return main(["predict", "--oil", oil, "--results", str(results), *arguments])
 
 
+@pytest.mark.slow
 def test_prediction_has_its_interval(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert ask(results) == 0
     output = capsys.readouterr().out
@@ -115,6 +116,7 @@ def test_only_the_slip_counts_by_its_size_for_the_tested_box(
     assert {line.split(": ")[1].split()[0] for line in lines} == outside
 
 
+@pytest.mark.slow
 @needs_study
 def test_prediction_by_printed_constants_waits_for_no_import_that_it_does_not_use() -> None:
     command = "predict --printed --oil 4102 --stress 1.2GPa --speed 30m/s --temperature 70degC"
@@ -134,6 +136,7 @@ def test_prediction_mistakes_are_told(results: Path, capsys: pytest.CaptureFixtu
         assert message in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_a_load_is_a_pressure_in_the_contact_of_the_rig(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -175,6 +178,7 @@ def bearing(results: Path, *options: str) -> int:
     return main(["bearing", "--results", str(results), "--config", config_of(results), *words])
 
 
+@pytest.mark.slow
 def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
     results: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -207,6 +211,7 @@ def test_a_bearing_has_torque_and_loss_with_intervals_and_shares(
     assert len(answer.plot().lines) == 1
 
 
+@pytest.mark.slow
 def test_a_fit_alone_gives_the_torque_of_its_law() -> None:
     fit = oilfilm.fit_table(oilfilm.example("simulated_mu.csv"), bootstrap=20, searches=2)
     operating_point = ("mainshaft-167", 1e4, 12000, 70)
@@ -256,6 +261,7 @@ def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
     assert "it is not known whether the cage may skid here" in unknown.summary()
 
 
+@pytest.mark.slow
 def test_frost_at_one_point_leaves_the_answers_of_the_others(results: Path) -> None:
     in_frost, alone = (
         oilfilm.bearing_torque(
@@ -290,6 +296,7 @@ def test_a_mistake_in_a_bearing_ends_in_a_sentence(
     assert sentence in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_python_of_the_page_on_bearings_does_what_it_says(
     results: Path,
     tmp_path: Path,
@@ -330,6 +337,7 @@ def plan(results: Path, *options: str) -> int:
     )
 
 
+@pytest.mark.slow
 def test_plan_names_conditions_in_order(results: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert plan(results, "--for", "cage-slip", "--count", "3") == 0
     text = capsys.readouterr().out

@@ -34,6 +34,7 @@ def test_help_imports_no_package_beside_the_standard_library() -> None:
     assert done.stdout.count("usage: oilfilm") == len(names) + 1
 
 
+@pytest.mark.slow
 def test_no_command_imports_matplotlib_before_it_draws() -> None:
     """The core has no matplotlib."""
     stems = [path.stem for path in (ROOT / "workflow/oilfilm/cli").glob("*.py")]
@@ -42,6 +43,7 @@ def test_no_command_imports_matplotlib_before_it_draws() -> None:
     succeeded([sys.executable, "-c", script])
 
 
+@pytest.mark.slow
 def test_check_of_a_log_loads_no_slow_module_that_it_does_not_use(tmp_path: Path) -> None:
     log = tmp_path / "a.csv"
     log.write_bytes(csv())
@@ -138,6 +140,7 @@ def test_mistake_ends_in_a_sentence(
     assert code == 2
 
 
+@pytest.mark.slow
 def test_reader_of_the_output_may_go_away_or_know_ascii_only(tmp_path: Path) -> None:
     log = tmp_path / "a.csv"
     log.write_bytes(csv(oil="油"))

@@ -49,6 +49,7 @@ def folders(tmp_path_factory: pytest.TempPathFactory) -> list[Path]:
     return fit_folders
 
 
+@pytest.mark.slow
 def test_planted_ratio_is_inside_the_interval_of_two_laws(folders: list[Path]) -> None:
     law_by_name = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
     july_to_june = comparison_table(law_by_name, AT, [0.02, 0.05, 0.2]).iloc[3:]
@@ -119,6 +120,7 @@ def test_a_condition_that_no_run_of_one_fit_states_is_named_in_either_order(
         comparison_conditions({"unknown": unknown, "known": fit}, {})
 
 
+@pytest.mark.slow
 def test_command_names_campaigns_and_marks_what_was_not_tested(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -147,6 +149,7 @@ def test_data_are_simulated_by_their_kind_whatever_the_campaign_is_called(
     assert {fit.is_simulated for fit in fits.values()} == {is_simulated}
 
 
+@pytest.mark.slow
 def test_results_are_found_by_project_and_by_campaign(
     folders: list[Path],
     tmp_path: Path,
@@ -186,6 +189,7 @@ def test_ratio_by_runs_is_much_narrower_than_that_of_two_laws(folders: list[Path
     assert (half_width < 0.015).all()
 
 
+@pytest.mark.slow
 def test_fits_of_the_same_runs_are_compared_by_their_laws(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:
@@ -197,6 +201,7 @@ def test_fits_of_the_same_runs_are_compared_by_their_laws(
     assert "higher" not in text and "Not covered" not in text
 
 
+@pytest.mark.slow
 def test_rigs_that_differ_are_named(
     folders: list[Path], capsys: pytest.CaptureFixture[str], tmp_path: Path
 ) -> None:

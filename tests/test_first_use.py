@@ -10,6 +10,7 @@ from nights import quick_ones
 BY_NAME = {laboratory.name: laboratory for laboratory in LABORATORIES}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_ones(BY_NAME, ["torque in N m"]))
 def test_laboratory_comes_to_mu_by_answers_alone(name: str, tmp_path: Path) -> None:
     outcome = first_use(BY_NAME[name], tmp_path)

@@ -142,6 +142,7 @@ MARKS_IN_PYTHON = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("output_name", OUTPUT_NAMES)
 def test_mu_has_its_mark_wherever_it_is_asked(output_name: str, saved_fit: SavedFit) -> None:
     expected = MARKS_IN_PYTHON if output_name == "exported Python" else MARKS
@@ -150,6 +151,7 @@ def test_mu_has_its_mark_wherever_it_is_asked(output_name: str, saved_fit: Saved
     } == expected
 
 
+@pytest.mark.slow
 def test_explorer_marks_mu(saved_fit: SavedFit) -> None:
     playwright = pytest.importorskip("playwright.sync_api")
     if CHROMIUM is None:
@@ -208,6 +210,7 @@ def test_form_of_adore_is_marked(config: Settings) -> None:
     assert all(row["peak_above_limiting_stress"] for row in adore_rows(weak_description))
 
 
+@pytest.mark.slow
 def test_picture_of_a_comparison_is_dotted_where_untested(
     saved_fit: SavedFit, tmp_path: Path
 ) -> None:

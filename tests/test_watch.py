@@ -63,6 +63,7 @@ def looked(watcher: Watcher) -> list[str]:
     return first_verdicts + list(watcher.look())
 
 
+@pytest.mark.slow
 def test_verdict_is_that_of_check(project: Path, capsys: pytest.CaptureFixture[str]) -> None:
     put(project, "a.csv", GOOD)
     refused_log = put(project, "b.csv", REVERSED, minute=1)
@@ -116,6 +117,7 @@ def test_hostile_names_and_contents_are_shown_as_text(
     assert not {"\x1b", "\x07", "\N{RIGHT-TO-LEFT OVERRIDE}"} & set(out)
 
 
+@pytest.mark.slow
 def test_run_sheet_judges_anew_the_logs_that_it_is_about(project: Path) -> None:
     put(project, "a.csv", GOOD)
     put(project, "b.csv", b"no log", minute=1)

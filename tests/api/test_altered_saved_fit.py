@@ -97,6 +97,7 @@ ALTERED: dict[str, tuple[str, Alter]] = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("case", ALTERED)
 def test_tables_that_contradict_each_other_end_in_a_sentence_of_their_folder(
     case: str, june: Path, tmp_path: Path
@@ -181,6 +182,7 @@ def alter_and_predict(june: Path, folder: Path, alterations: range) -> int:
     return refused_count
 
 
+@pytest.mark.slow
 def test_altered_schema_ends_in_a_result_or_a_sentence(june: Path, tmp_path: Path) -> None:
     assert alter_and_predict(june, tmp_path, range(10))
 

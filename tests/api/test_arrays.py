@@ -41,6 +41,7 @@ def fitted(points: pd.DataFrame) -> ArrayFit:
     return oilfilm.fit(*(points[name] for name in points), **QUICK)
 
 
+@pytest.mark.slow
 def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     planted = known_law("4102").coefficients.constants
     np.testing.assert_allclose(fitted.constants["value"], planted, rtol=1e-6)
@@ -107,6 +108,7 @@ def test_signature_of_fit_is_short_enough_to_be_read() -> None:
     assert len(str(signature(oilfilm.fit))) < 360
 
 
+@pytest.mark.slow
 def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> None:
     units = pint.UnitRegistry()
     quantities = (
@@ -247,6 +249,7 @@ def test_impossible_condition_is_told(
         fitted.predict(*at, 0.05)
 
 
+@pytest.mark.slow
 def test_calibration_widens_the_interval_of_the_laws_mean(
     points: pd.DataFrame, fitted: ArrayFit
 ) -> None:
@@ -277,6 +280,7 @@ def test_a_fit_is_summed_up_and_pickled(fitted: ArrayFit) -> None:
     assert {"fit", "fit_table", "predict", "read_fit"} <= set(dir(oilfilm))
 
 
+@pytest.mark.slow
 def test_constants_have_the_level_of_their_intervals_and_their_correlations(
     points: pd.DataFrame,
 ) -> None:
@@ -320,6 +324,7 @@ def test_a_plot_that_cannot_be_drawn_is_told(
         fitted.plot()
 
 
+@pytest.mark.slow
 def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None:
     replace(fitted, oil="4102").save(tmp_path / "june")
     # a number names an oil, too
@@ -335,6 +340,7 @@ def test_a_saved_fit_predicts_the_same(fitted: ArrayFit, tmp_path: Path) -> None
             fitted.save(tmp_path / name)
 
 
+@pytest.mark.slow
 def test_a_fit_is_exported_by_the_ending_of_a_file(fitted: ArrayFit, tmp_path: Path) -> None:
     fitted.export(tmp_path / "law.py")
     exported = runpy.run_path(str(tmp_path / "law.py"))
@@ -354,6 +360,7 @@ def test_few_curves_of_one_pressure_say_why_numbers_are_missing(points: pd.DataF
     assert "1 GPa only" in text
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", quick_ones([2, 3, 4], [2]))
 def test_twelve_runs_with_scattered_loads_are_not_called_changed(seed: int) -> None:
     """As the tutorial's logs; each was called changed by a split into two kinds by chance."""
@@ -391,6 +398,7 @@ def test_a_level_that_the_next_run_does_not_have_is_told(fitted: ArrayFit) -> No
         fitted.predict(1.2, 30, 70, 0.05, level=0.99)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("coldest_c", quick_ones([-10.0, 0.0, 0.5], [-10.0]))
 def test_cold_tests_are_fitted_where_the_law_has_a_value(coldest_c: float) -> None:
     temperatures = coldest_c + np.array([0.0, 30.0, 70.0])
@@ -404,6 +412,7 @@ def test_cold_tests_are_fitted_where_the_law_has_a_value(coldest_c: float) -> No
     assert float(prediction.obs_ci_lower) < truth < float(prediction.obs_ci_upper)
 
 
+@pytest.mark.slow
 def test_tests_at_one_temperature_below_zero_have_a_surface() -> None:
     grid = np.meshgrid([1.0, 1.25, 1.5], [25, 32, 40], [-10.0], [0.01, 0.03, 0.1, 0.3])
     mu = 0.04 * np.sqrt(grid[0]) * np.tanh(grid[3] / 0.02)

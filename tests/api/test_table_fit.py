@@ -219,6 +219,7 @@ def test_data_frames_of_polars_and_arrow_are_read(points: pd.DataFrame) -> None:
         oilfilm.fit_table(points.to_dict())
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("ending", quick_ones(["png", "svg"], ["svg"]))
 def test_the_same_plot_has_the_same_bytes(
     fitted: ArrayFit, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, ending: str
@@ -241,6 +242,7 @@ def test_a_plot_is_refused_before_anything_is_fitted(
     assert "needs matplotlib" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_command_prints_plots_and_saves_what_predict_reads(
     points: pd.DataFrame,
     tmp_path: Path,
@@ -430,6 +432,7 @@ def test_an_oil_whose_name_cannot_be_saved_is_told(fitted: ArrayFit, tmp_path: P
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.slow
 def test_what_is_saved_of_simulated_points_says_so(
     points: pd.DataFrame, fitted: ArrayFit, tmp_path: Path
 ) -> None:

@@ -153,6 +153,7 @@ def after_failures(program: str, folder: Path) -> tuple[list[str], int]:
     return replay(calls, PurePosixPath(folder / "promised"))
 
 
+@pytest.mark.slow
 def test_files_tables_and_releases_are_old_or_new(tmp_path: Path) -> None:
     faults, rename_count = after_failures(TABLES + RELEASE, tmp_path)
     assert faults == []
@@ -160,6 +161,7 @@ def test_files_tables_and_releases_are_old_or_new(tmp_path: Path) -> None:
     assert (tmp_path / "promised/latest/manifest.json").is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("program", "fault"),
     [

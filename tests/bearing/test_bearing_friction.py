@@ -238,6 +238,7 @@ def test_shares_beyond_the_tested_box_are_those_of_the_traction_heat():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "oil", "speed_count"),
     [
@@ -253,6 +254,7 @@ def test_balls_travel_steadily_from_rest_to_four_million_dmn(name, oil, speed_co
         equilibrium(bearing, points, oil)
 
 
+@pytest.mark.slow
 @examples(0.4)
 @given(
     ball=st.floats(0.005, 0.03),
@@ -359,6 +361,7 @@ def holds_or_slips(conditions: Conditions, slide_roll_ratio: np.ndarray) -> np.n
     )
 
 
+@pytest.mark.slow
 def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
     rolling, skidding = (equilibrium(*SLIPPING_CASE, law=law, **MUCH_OIL) for law in (holds, slips))
     # each contact of either is well inside the part of the joined law that it was calculated with,
@@ -375,6 +378,7 @@ def test_a_planted_fold_has_a_rolling_and_a_skidding_cage():
     assert motions.count.tolist() == [3]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", [holds, slips, printed_law("4010")])
 def test_where_there_is_one_equilibrium_no_other_is_found(law):
     motions = equilibria(problem(*SLIPPING_CASE, law=law, **MUCH_OIL))

@@ -99,6 +99,7 @@ def test_the_gyroscopic_moment_turns_the_axis_of_the_ball_along_the_orbit():
     assert ours[2] > 0
 
 
+@pytest.mark.slow
 @given(
     ball=st.floats(0.004, 0.03),
     pitch_over_ball=st.floats(2.5, 12.0),

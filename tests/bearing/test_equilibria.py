@@ -57,6 +57,7 @@ def values(loads_n: list[float]) -> np.ndarray:
 
 # 4010 at 12 000 rpm and 70 degC: a motion beyond a fold and one held between the sides of a jump;
 # two with the cage all but at rest.
+@pytest.mark.slow
 @pytest.mark.parametrize("loads_n", [[5200.0, 642.07], nightly([775.0, 877.7])])
 def test_a_point_has_the_same_equilibria_alone_and_in_any_company(loads_n):
     values_in_company = values([*loads_n, 20000.0])
@@ -74,6 +75,7 @@ def test_rolling_and_skidding_cages_under_one_load_are_all_listed():
     assert motions.slowest.cage_slip()[0] == pytest.approx(0.3537, abs=6e-5)
 
 
+@pytest.mark.slow
 def test_a_motion_between_the_sides_of_a_jump_is_marked():
     # the outer contact does not roll: on either side of that the cage's balance has another sign
     load_n, slip = 683.4988689104133, 0.7704
@@ -136,6 +138,7 @@ DRAWN_CONSTANTS = [
 ]
 
 
+@pytest.mark.slow
 def test_rounding_does_not_choose_the_motion_beside_a_jump():
     # the loads differ by as much as rounding does
     loads_n = 500.0 * (1 + 1e-13 * np.arange(12))
@@ -153,6 +156,7 @@ def test_rounding_does_not_choose_the_motion_beside_a_jump():
     np.testing.assert_allclose(motion.cage_slip(), motion.cage_slip()[0], atol=1e-9)
 
 
+@pytest.mark.slow
 def test_more_drag_never_makes_a_cage_faster():
     oil_volume_fractions = np.linspace(0.002, 0.05, 6)
     points = OperatingPoints.from_load_and_speed(3000.0, 12000 * RPM)
@@ -173,6 +177,7 @@ def test_balls_that_hardly_touch_a_race_have_no_motion_and_spoil_no_other_point(
     np.testing.assert_array_equal(motion.solution.converged, [False, True])
 
 
+@pytest.mark.slow
 def test_beyond_the_law_no_motion_is_called_the_only_one() -> None:
     points = OperatingPoints.from_load_and_speed(np.array([500.0, 20000.0]), 18000 * RPM)
     motions = equilibria(problem(shipped("mainshaft-167"), points, "4102", 40.0))

@@ -26,6 +26,7 @@ def result(laboratory: tuple[Path, Laboratory], verdicts: CuratedTables) -> Outc
     return outcome(laboratory[1], verdicts)
 
 
+@pytest.mark.slow
 def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
     laboratory: tuple[Path, Laboratory], verdicts: CuratedTables, result: Outcome
 ) -> None:

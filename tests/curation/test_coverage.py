@@ -22,6 +22,7 @@ def condition(covered: pd.DataFrame, oil: str, *levels: float) -> dict[str, Any]
     return row
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["demo", "etm"])
 def test_no_run_and_no_point_is_lost(name: str, request: pytest.FixtureRequest) -> None:
     campaign: Campaign = request.getfixturevalue(name)

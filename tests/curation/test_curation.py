@@ -38,6 +38,7 @@ PLATEAUS = bad_logs.CONFIG.curation.plateaus
 # --- the demonstration campaign ---------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_planted_defect_is_refused_by_the_gate_meant_for_it(demo: Campaign) -> None:
     planted = demo.truth[demo.truth["defect"] != ""].merge(demo.curated.runs, on="run_id")
     assert len(planted) == 6
@@ -247,6 +248,7 @@ def in_parts(logs: Iterator[tuple[str, bytes]], folder: Path) -> tuple[IngestedL
     return ingested, collect(curate_parts(samples, ingested, TractionRig(CONFIG)), CONFIG)
 
 
+@pytest.mark.slow
 def test_share_in_parts_gives_the_same(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = len(SOUND["traction"].values["time"])
     monkeypatch.setattr(tables, "ROWS_PER_GROUP", 2 * rows)

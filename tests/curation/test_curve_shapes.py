@@ -98,6 +98,7 @@ def told(curated: CuratedTables) -> dict[str, str]:
     return texts
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage",
     [
@@ -123,6 +124,7 @@ def test_log_with_a_defect_that_no_oil_has_is_refused_or_warned_about_and_no_oth
     assert not curated.points.loc[curated.points["run_id"] == run.run_id, "accepted"].any()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bad_name", quick_ones(["a.csv", "b.csv"], ["a.csv"]))
 def test_good_repeat_is_kept_in_place_of_one_with_a_defect(bad_name: str):
     logs = [
@@ -208,6 +210,7 @@ def tables_of(
     return points, pd.DataFrame({"run_id": names, "rig": "rig", "verdict": "accepted"})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "designs",
     [
@@ -258,6 +261,7 @@ def test_single_curve_is_judged_in_both_directions(direction: int):
     assert sentence.startswith("odd_alone")
 
 
+@pytest.mark.slow
 def test_points_without_pressure_are_not_judged_by_others():
     points, runs = tables_of("sol", TWELVE, TEN_SLIPS, same_oil=True)
     is_scuffed = (points["run_id"] == "03") & (points["slide_roll_ratio"] > 0.05)

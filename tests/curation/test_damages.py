@@ -41,6 +41,7 @@ CASES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "rig"), CASES)
 def test_damage_is_refused_by_its_rule_and_spares_what_is_sound(name: str, rig: str) -> None:
     damage = DAMAGES[name]

@@ -279,6 +279,7 @@ def test_equal_readings_of_a_flat_curve_are_no_stuck_sensor() -> None:
     assert rules(curated) == [""]
 
 
+@pytest.mark.slow
 def test_traction_at_a_slip_that_noise_hides_is_no_zero_that_was_left() -> None:
     """A slip of 0.005 may be within five of its standard errors; its 0.58 N are traction."""
     settings = CONFIG.with_changes({"campaign": {"semantics": {"zero": "already_removed"}}})

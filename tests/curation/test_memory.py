@@ -58,6 +58,7 @@ def allocated_bytes(log: bytes, settings: Settings, folder: Path, *, by_rule: bo
         tracemalloc.stop()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "by_rule",
     [pytest.param(False, id="check"), pytest.param(True, id="rule", marks=pytest.mark.nightly)],

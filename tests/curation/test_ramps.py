@@ -156,6 +156,7 @@ def test_ramp_gives_the_planted_curve_whatever_the_lag_is(sweep: str, lag_s: flo
     assert lag == pytest.approx(lag_s, abs=0.1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rate_hz", "noise_n", "relative"),
     # 0.2 N is 3 % of the largest force, and 10 % of the smallest one that is read
@@ -220,6 +221,7 @@ def test_ramp_that_is_too_fast_for_a_curve_is_refused_for_it() -> None:
     assert verdict(judged) == ("refused", "slip_ramps")
 
 
+@pytest.mark.slow
 @given(
     period_s=st.floats(0.1, 60),
     largest_slip=st.floats(0.001, 1.5),
@@ -323,6 +325,7 @@ def test_zero_is_found_by_both_directions_or_refused() -> None:
     assert verdict(curated(ramp(ONE_WAY, seconds=125))) == ("refused", "zero_missing")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("drift_n", "rule"), [nightly(0.1, ""), (0.5, "zero_drift")])
 def test_zero_that_drifts_is_followed_or_refused(drift_n: float, rule: str) -> None:
     judged = curated(ramp(TRIANGLE, drift_n=drift_n))

@@ -54,6 +54,7 @@ def test_no_honest_repeat_is_a_copy(one_run: CuratedTables, seed: int) -> None:
     assert refused_as(curated, "duplicate_log") == []
 
 
+@pytest.mark.slow
 def test_copy_with_another_zero_and_fewer_digits_is_found_among_many_repeats(
     one_run: CuratedTables,
 ) -> None:
@@ -69,6 +70,7 @@ def test_copy_with_another_zero_and_fewer_digits_is_found_among_many_repeats(
 
 
 # a thousand take 14 minutes where each pair is compared alone
+@pytest.mark.slow
 @pytest.mark.parametrize("count", [200, nightly(1000)])
 @pytest.mark.parametrize("repeated_conditions", ["accept", "refuse"])
 def test_of_many_repeats_all_or_one_are_accepted(

@@ -99,6 +99,7 @@ SOUND: dict[str, Callable[[Columns], Columns]] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", SOUND)
 def test_unusual_log_that_nothing_is_wrong_with_is_used(name: str) -> None:
     curated = judged(SOUND[name](good(SWEEP)))
@@ -278,6 +279,7 @@ def test_light_contact_whose_zero_is_a_little_off_is_used() -> None:
 GF = 9.80665e-3  # N
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "rule", "words"),
     [

@@ -130,6 +130,7 @@ def test_zero_of_one_phase_is_named_as_blind_to_drift(zero: str, is_seen: bool) 
     assert any(text.startswith("drift_not_seen") for text in warnings) != is_seen
 
 
+@pytest.mark.slow
 @given(
     offset_n=st.floats(-2, 2),
     slope=st.floats(1, 20),

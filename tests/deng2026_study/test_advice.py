@@ -199,6 +199,7 @@ CASES: dict[str, tuple[tuple[float, ...], dict[str, Any], str]] = {
 BITS = (0.0, 1e-12, -1e-12)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("slip", "others", "expected"), CASES.values(), ids=CASES)
 def test_slip_decides_as_an_engineer_would_and_rounding_decides_nothing(
     config: Settings, slip: tuple[float, ...], others: dict[str, Any], expected: str
@@ -242,6 +243,7 @@ def test_without_an_oil_of_the_rules_there_is_no_advice(config: Settings) -> Non
 # ---------------------------------------------------------------- scenarios
 
 
+@pytest.mark.slow
 def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_itself() -> None:
     points = {"pitch_speed_mm_rpm": [1e6, 3e6], "axial_load_n": [2000, 8000, 30000]}
     changes = {"limit_factors": [0.5], "inlet_temperature_c": [140]}
@@ -267,6 +269,7 @@ def test_scenario_of_a_hotter_oil_and_half_the_limit_is_that_of_the_bearing_by_i
     assert here.at["4050", "agreeing_points"] == _chosen(alone, "4050").sum()
 
 
+@pytest.mark.slow
 def test_where_the_law_is_the_truth_both_have_one_band() -> None:
     points = {"pitch_speed_mm_rpm": [1e6, 2e6], "axial_load_n": [8000, 30000]}
     changes = {"limit_factors": [0.5], "inlet_temperature_c": [120]}

@@ -373,6 +373,7 @@ def test_constants_are_unique_where_certified_and_known_by_sign(
     assert finding.cases["value"].max() == 1e3
 
 
+@pytest.mark.slow
 def test_errors_of_a_curve_are_the_scatter_of_refits_to_noisy_copies() -> None:
     slip = np.linspace(0.01, 0.3, 30)
     size, slope, rate, noise = 0.02, 0.3, 20.0, 1e-4
@@ -534,6 +535,7 @@ def table(demo: Campaign, fits: dict[str, pd.DataFrame]) -> pd.DataFrame:
     return audit(EVERY_CLAIM, [refit, of_printed(printed(), demo.config)])["claims"]
 
 
+@pytest.mark.slow
 def test_table_has_every_claim_on_both_bases(table: pd.DataFrame) -> None:
     # claims on speeds alone need no fit
     once = {claim.id for claim in EVERY_CLAIM if claim.judged_on == "formula"}
@@ -591,6 +593,7 @@ def test_claims_are_judged_on_oils_of_the_paper(
     assert set(both.campaign_tables.fit_quality["oil"]) == {"4102"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("oils", "of_paper"), [(["own"], False), (["4102", "own"], True)])
 def test_campaign_of_own_oils_has_no_claims_and_no_printed_rows(
     demo: Campaign, fits: dict[str, pd.DataFrame], oils: list[str], of_paper: bool

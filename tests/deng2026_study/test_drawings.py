@@ -55,6 +55,7 @@ PANELS = {
 ENDS = {"fig07": (0, 0.3), "fig08": (20, 200), "fig09": (0.8, 2.5), "fig10": (20, 140)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PANELS)
 def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(usual: Draw, name: str) -> None:
     figure, drawn = usual(name)
@@ -145,6 +146,7 @@ DRAWN_HERE = ["fig01", "fig05", "tab01", "tab02", "fig02", "fig03", *PANELS]
 PICTURES = ["fig01", "fig03", "fig07"]
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], nightly(["4102"])])
 @pytest.mark.parametrize("name", quick_ones(DRAWN_HERE, PICTURES))
@@ -158,6 +160,7 @@ def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
     assert is_as_wide_as_a_column(figure, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PICTURES)
 def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> None:
     assert difference_from(BASELINE / f"{name}.png", drawing(name)[0], tmp_path) is None

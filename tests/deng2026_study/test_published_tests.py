@@ -37,6 +37,7 @@ def losses_w(config: Settings, share: float) -> np.ndarray:
     return table.loc[table["bearing"] == "nasa-35", "power_w"].to_numpy()
 
 
+@pytest.mark.slow
 def test_no_share_of_oil_fits_both_the_power_and_the_skidding(config, oils):
     table = published_tests_table(PUBLISHED, oils, config)
     test = table[table["bearing"] == "nasa-35"]

@@ -57,6 +57,7 @@ def made(demo_tables: CampaignTables, demo: Campaign) -> dict[str, Section]:
     return by_anchor(demo_tables, demo.config)
 
 
+@pytest.mark.slow
 def test_demonstration(made: dict[str, Section]) -> None:
     assert "212 of 218 runs and 6572 of 6743 points are accepted." in sentences(made["data"])
     matrix = "212 of 216 conditions of the test matrix are accepted. Refused: 4. Missing: none."
@@ -123,6 +124,7 @@ def test_unknown_sign_is_beside_its_interval(demo_tables: CampaignTables) -> Non
     assert row["Joint interval"].startswith("\N{MINUS SIGN}0.02")  # the one that decides
 
 
+@pytest.mark.slow
 def test_signs_are_those_of_the_fit(demo_tables: CampaignTables, demo: Campaign) -> None:
     fits = demo_tables.coefficients
 

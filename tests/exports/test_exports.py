@@ -210,6 +210,7 @@ LAWS_IN_TOOLS = [
 ] + [(evaluate, "one curve", None) for evaluate in TOOLS]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("evaluate", "law", "left_out"), LAWS_IN_TOOLS)
 def test_exported_function_computes_the_law_and_takes_no_condition_left_out(
     evaluate: Evaluate,
@@ -235,6 +236,7 @@ def test_no_value_where_law_has_none(evaluate: Evaluate, fit: Description, tmp_p
     assert outside.tolist() == [0] + 6 * [1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("evaluate", TOOLS)
 def test_exponential_of_the_temperature_has_a_value_in_frost(
     evaluate: Evaluate, config: Settings, tmp_path: Path
@@ -292,6 +294,7 @@ def hostile(config: Settings) -> tuple[list[Description], dict[str, str]]:
     return fits, export_campaign(tables, settings, PROVENANCE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("every", [3, nightly(1)])
 @pytest.mark.parametrize("evaluate", TOOLS)
 def test_hostile_names_change_nothing_of_the_code(
@@ -315,6 +318,7 @@ def test_hostile_names_stay_whole_in_json_and_harmless_in_csv(hostile: Any) -> N
     assert all(re.fullmatch(r"README\.md|[a-z0-9_]+/[A-Za-z0-9_]+\.\w+", name) for name in files)
 
 
+@pytest.mark.slow
 @given(st.lists(st.text(), unique=True, max_size=8))
 def test_identifiers_are_plain_short_and_all_different(oils: list[str]) -> None:
     names = list(make_identifiers(oils).values())

@@ -87,6 +87,7 @@ def by_libreoffice(
     return computed(books, tmp_path_factory.mktemp("workbooks"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [f"{law}-{left_out}" for law, left_out in CASES])
 def test_workbook_computes_the_law_and_says_where_it_extrapolates(
     name: str, fits: dict[str, Description], by_libreoffice: dict[str, Workbook]

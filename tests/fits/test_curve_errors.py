@@ -53,6 +53,7 @@ def test_an_error_of_the_temperature_counts_at_0_degc_as_near_it() -> None:
     np.testing.assert_allclose(at_zero, near_zero, atol=0.01 * np.abs(near_zero).max())
 
 
+@pytest.mark.slow
 def test_planted_sizes_of_errors_are_found_from_residuals() -> None:
     """Mean variances over 24 simulated campaigns: as planted, within four standard errors."""
     planted = replace(Errors(), force=0.0, speed=0.0)

@@ -292,6 +292,7 @@ def test_one_tested_level_says_nothing_about_another(quick: Settings) -> None:
     assert np.isnan(mu_at(law, 1.2, 36.0, 70.0)).all()
 
 
+@pytest.mark.slow
 def test_run_of_unknown_temperature_costs_no_effect_of_temperature(quick: Settings) -> None:
     points = make_points("4102", matrix())
     points.loc[points["run_id"] == "run004", "inlet_temperature_c"] = np.nan

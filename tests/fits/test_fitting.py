@@ -51,6 +51,7 @@ def test_noise_free_data_give_the_planted_constants(quick: Settings, oil: str) -
     assert quality["sse"].iloc[0] < 1e-20
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @pytest.mark.parametrize("oil", quick_ones(OILS, ["4010"]))
 def test_twenty_searches_from_different_seeds_end_at_one_optimum(quick: Settings, oil: str) -> None:
@@ -67,6 +68,7 @@ def test_a_candidate_without_traction_is_worse_than_any_other() -> None:
     assert global_search.population_sse(task, hopeless) == np.inf
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("oil", OILS)
 def test_refit_recovers_traction_and_constants(
     refitted: dict[str, CampaignTables], oil: str
@@ -82,6 +84,7 @@ def test_refit_recovers_traction_and_constants(
     assert np.abs(distance).max() < 4
 
 
+@pytest.mark.slow
 def test_naive_errors_are_right_where_points_are_independent() -> None:
     """Over many simulated data sets the naive error must be the spread of the estimates."""
     points = make_points("4102", matrix(us=[25.0, 40.0], ts=[25.0, 70.0, 120.0]))
@@ -206,6 +209,7 @@ def test_certificate_fails_where_searches_disagree_or_stop_early(quick: Settings
     assert (unknown["searches_agreeing"], unknown["doubts"]) == (2, ("flat",))
 
 
+@pytest.mark.slow
 def test_measured_curves_give_one_curve_and_the_fit_says_why_no_more(etm: Campaign) -> None:
     fit = etm.fit("unrecorded-oil", bootstrap=20, searches=2)
     coefficients, quality = fit.coefficients, fit.fit_quality
@@ -302,6 +306,7 @@ def test_joint_interval_is_that_of_the_sign_verdict(refitted: dict[str, Campaign
         assert (rows["upper"] >= rows["value"] + 0.9999 * wide).all()
 
 
+@pytest.mark.slow
 def test_a_law_fits_no_worse_than_its_special_case(demo: Campaign) -> None:
     wide, special = (
         demo.fit("4102", law=law, searches=2, bootstrap=20).fit_quality["sse"].item()

@@ -53,6 +53,7 @@ def test_bootstrap_covers_and_naive_errors_do_not(config: Settings, conditions: 
     assert np.mean(naive) < 0.7
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 def test_errors_of_twelve_runs_are_the_scatter_of_such_campaigns(config: Settings) -> None:
     ends, variances = [], []
@@ -83,6 +84,7 @@ def test_draws_of_twelve_runs_do_not_depend_on_signs_that_a_kernel_chooses(
     assert (np.abs(other - draws) / errors).max() < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @pytest.mark.parametrize("film", [False, nightly(True)])
 def test_the_interval_holds_new_runs(config: Settings, conditions: np.ndarray, film: bool) -> None:

@@ -51,6 +51,7 @@ def test_law_given_data_of_its_own_truth_wins(quick: Settings, name: str) -> Non
     assert table["n_points"].nunique() == 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("count", "step"),
     [(2, 16), *(nightly(*case) for case in ((1, 1), (1, 16), (2, 1), (3, 1), (3, 16)))],
@@ -161,6 +162,7 @@ def starting(quick: Settings) -> CampaignTables:
 STARTS = LAWS["wang-deng-load"]
 
 
+@pytest.mark.slow
 def test_figure_of_errors_draws_the_table(quick: Settings, starting: CampaignTables) -> None:
     figure, drawn = draw("law-errors", starting, quick)
     ticks = [label.get_text() for label in figure.axes[0].get_yticklabels()]
@@ -212,6 +214,7 @@ def made_by_tanh(quick: Settings) -> CampaignTables:
     return compare_laws(points_of(LAWS["tanh"], NOISE), "4050", laws, configured)
 
 
+@pytest.mark.slow
 def test_bounds_of_the_comparison_are_those_of_the_constants(made_by_tanh: CampaignTables) -> None:
     frames = made_by_tanh
     constants = frames.coefficients
@@ -409,6 +412,7 @@ def test_law_that_is_better_is_not_the_same_and_its_equals_are_named() -> None:
     assert row["left_out_ties"] == ("eyring",)
 
 
+@pytest.mark.slow
 def test_load_and_pressure_are_one_law_on_the_points_of_one_ball(quick: Settings) -> None:
     points = points_of(LAWS["deng2026"], NOISE)
     compared = compare_laws(points, "4050", ["deng2026", "wang-deng-load", "tanh"], quick)

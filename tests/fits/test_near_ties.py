@@ -168,6 +168,7 @@ def test_the_missing_corner_of_a_grid_is_just_one_step_away_and_not_outside(bits
 # ---------------------------------------------------------------- changes of the rig
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [nightly(0.0), 1e-13, nightly(-1e-13)])
 def test_of_a_group_and_all_other_runs_the_smaller_one_is_blamed_whatever_the_names(
     config: Settings, bits: float

@@ -78,6 +78,7 @@ def half_width(fit: FittedLaw, rig: str | None = None) -> float:
     return float(np.log(row["obs_ci_upper"] / row["obs_ci_lower"]) / 2)
 
 
+@pytest.mark.slow
 def test_each_rig_has_its_own_answer(fit: FittedLaw) -> None:
     middle = {}
     for rig in RIGS:
@@ -93,6 +94,7 @@ def test_another_rig_is_less_known_than_one_of_these(fit: FittedLaw) -> None:
     assert half_width(fit, "alpha") < half_width(fit) < half_width(fit, ANOTHER_RIG_NAME)
 
 
+@pytest.mark.slow
 def test_runs_whose_rigs_are_not_named_are_those_of_one_rig(
     of_law: CampaignTables, fit: FittedLaw, config: Settings
 ) -> None:
@@ -108,6 +110,7 @@ def test_an_unknown_rig_is_refused_with_those_that_are_known(fit: FittedLaw) -> 
         prediction(fit, OIL, AT, "delta")
 
 
+@pytest.mark.slow
 def test_the_rig_of_a_refused_run_is_not_needed(
     of_law: CampaignTables, runs: pd.DataFrame, fit: FittedLaw, config: Settings
 ) -> None:

@@ -140,6 +140,7 @@ def test_rigs_of_runs_survive_their_tables(config: Settings, rig_of_runs: list[s
     assert again.error_sizes.rig_gain.median == pytest.approx(assumed.error_sizes.rig_gain.median)
 
 
+@pytest.mark.slow
 def test_a_stated_temperature_error_counts_where_no_run_is_repeated(config: Settings) -> None:
     # runs scatter by 3 K, and the usual 0.5 K is a prior that 24 runs do not outweigh in full
     errors = PlantedErrors(temperature_k=3.0)

@@ -103,6 +103,7 @@ DRIFTS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_ones(DRIFTS, ["mu falls"]))
 def test_a_change_over_the_runs_is_named(config: Settings, name: str) -> None:
     drift, course, size = DRIFTS[name]
@@ -126,6 +127,7 @@ def test_a_blend_that_grows_is_found(config: Settings) -> None:
     assert row["change_course"] in ("trend", "from")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_pressure_known", [nightly(True), False])
 def test_a_change_is_named_about_a_law_of_the_load(
     config: Settings, is_pressure_known: bool
@@ -151,6 +153,7 @@ GROUPED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_ones(GROUPED, ["outlet temperature"]))
 def test_runs_with_a_label_of_their_own_are_named_by_it(config: Settings, name: str) -> None:
     drift, cause, size = GROUPED[name]
@@ -163,6 +166,7 @@ def test_runs_with_a_label_of_their_own_are_named_by_it(config: Settings, name: 
     assert row["change_size"] == pytest.approx(size, rel=0.3)
 
 
+@pytest.mark.slow
 def test_a_speed_that_is_the_sum_is_named_without_a_label(config: Settings) -> None:
     row = verdict(config, points_of(config, Drift(speed=1.0 + FEW), 1))
     assert (row["change"], row["change_size"]) == ("speed factor", 2.0)
@@ -179,6 +183,7 @@ def test_runs_with_a_column_of_their_own_are_named_by_it(config: Settings) -> No
     assert (row["change"], row["change_group"]) == ("traction force", "the column T [K]")
 
 
+@pytest.mark.slow
 def test_temperatures_that_were_exchanged_among_runs_are_named(config: Settings) -> None:
     points = points_of(config, Drift(), 5)
     temperature = points.groupby("run_id")["inlet_temperature_c"].mean()
@@ -221,6 +226,7 @@ def clean_row(config: Settings) -> dict[str, Any]:
 
 
 # `make bench NAME=steadiness` judges 300 clean campaigns
+@pytest.mark.slow
 def test_a_clean_campaign_raises_no_alarm(clean_row: dict[str, Any]) -> None:
     assert (clean_row["campaign_verdict"], clean_row["law_verdict"]) == ("steady", "adequate")
 
@@ -257,6 +263,7 @@ def smooth_step(*at: np.ndarray) -> np.ndarray:
     return level * np.tanh(slope * slip / level)
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @pytest.mark.parametrize("name", quick_ones(["heated film", "smooth step"], ["heated film"]))
 def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str) -> None:
@@ -278,6 +285,7 @@ def test_a_small_misfit_beside_the_scatter_of_runs_condemns_no_law(
     assert row["misfit"] < row["run_scatter"]
 
 
+@pytest.mark.slow
 def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     # as of a rig whose ball was not recorded: the runs are enough, but one condition is missing
     pressure = "max_hertz_pressure_gpa"
@@ -290,6 +298,7 @@ def test_campaign_of_unknown_pressure_gets_a_verdict(config: Settings) -> None:
     assert len(soundness_warnings(row)) == 1
 
 
+@pytest.mark.slow
 def test_temperature_in_step_through_frost_is_not_missing(config: Settings) -> None:
     on_line = FixedCondition("inlet_temperature_c", None, 0.0, line_reaches_zero=True)
     quality = {"fixed_conditions": fixed_conditions_to_json([on_line])}
@@ -304,6 +313,7 @@ def test_few_runs_give_no_verdict(config: Settings) -> None:
     assert row["law_verdict"] == row["campaign_verdict"] == "too few curves"
 
 
+@pytest.mark.slow
 def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
     points = points_of(config, Drift(force=1 + 0.1 * LATE), 1)
     points["run_id"] = "run, " + points["run_id"].str.removeprefix("run")
@@ -315,6 +325,7 @@ def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
     assert f"{len(changed)} runs" in sentence
 
 
+@pytest.mark.slow
 def test_a_run_that_the_fit_left_out_spoils_no_verdict(config: Settings) -> None:
     points = points_of(config, Drift(), 3)
     of_run = points["run_id"] == "run000"

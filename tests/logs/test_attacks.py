@@ -17,6 +17,7 @@ from oilfilm.settings.resolved import Settings
 from pcs_exports import film_export, traction_export
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mutator", MUTATORS, ids=lambda mutator: mutator.__name__)
 @pytest.mark.parametrize("rig", SOUND)
 def test_every_row_of_a_damaged_log_is_accepted_or_refused(rig: str, mutator) -> None:
@@ -38,6 +39,7 @@ CASES = [case if case in BY_DAY else nightly(*case) for case in itertools.produc
 NUMBERS = pytest.mark.parametrize("files", [4, nightly(200)])
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @NUMBERS
 def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
@@ -48,6 +50,7 @@ def test_damaged_pcs_logs_end_in_a_verdict(files: int) -> None:
     assert len({judge_bytes(each, PCS_CONFIG) for each in damaged}) >= 3
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @NUMBERS
 @pytest.mark.parametrize(("rig", "name"), CASES)

@@ -75,6 +75,7 @@ def test_log_that_mostly_stands_still_is_compared_where_it_turns(noise_m_s: floa
             assert run.refusal.reason.startswith("slide_roll_ratio")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rule", "name"), [(rule, name) for rule, logs in bad_logs.BAD_LOGS.items() for name in logs]
 )

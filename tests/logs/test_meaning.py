@@ -121,6 +121,7 @@ MEANINGS_IN_TABLES = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("said", MEANINGS_IN_TABLES)
 @pytest.mark.parametrize("in_every_column", [False, nightly(True)])
 def test_no_unstated_meaning_becomes_a_number(said: str, in_every_column: bool) -> None:
@@ -195,6 +196,7 @@ def test_slip_over_the_faster_body_is_that_of_the_speeds() -> None:
     )
 
 
+@pytest.mark.slow
 def test_decoy_beside_the_right_columns_changes_nothing() -> None:
     for decoy in NAMES["nothing"]:
         table = TRUTH.rename(columns=PLAIN)

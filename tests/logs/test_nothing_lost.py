@@ -6,6 +6,7 @@ What was written is counted while it is written: nothing here reads a log.
 import gzip
 
 import numpy as np
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -44,6 +45,7 @@ def assert_all_there(content: bytes, written: int, settings: Settings = CONFIG) 
     assert rows == ingested.runs["samples"].sum()
 
 
+@pytest.mark.slow
 @given(
     st.sampled_from([",", ";", "\t", "|"]),
     st.lists(SPOILS, min_size=4, max_size=12),

@@ -189,6 +189,7 @@ def test_file_without_a_table_is_refused(read, variables: dict[str, Any]) -> Non
     assert "equal length" in reading.refusals[0].reason
 
 
+@pytest.mark.slow
 def test_small_file_that_would_fill_the_memory_is_refused_at_once(read) -> None:
     packed = zlib.compress(bytes(1 << 28), 9)
     content = mat({})[:128] + struct.pack("<II", 15, len(packed)) + packed

@@ -388,6 +388,7 @@ def saved(tmp_path: Path) -> Callable[[bytes], Path]:
     return save
 
 
+@pytest.mark.slow
 def test_sheets_of_a_table_are_oils_that_are_asked_for(saved) -> None:
     path = saved(book(M46=mu_rows(), M68=mu_rows(0.6), Notes=[["made by", "hand"]]))
     with pytest.raises(OilfilmError, match="M46, M68"):

@@ -94,6 +94,7 @@ def miscalibrated(fifth: Campaign, frames: dict[str, pd.DataFrame], make: Make) 
     return make(raw={**LOGS, "4102.csv": b"2"}, **both)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("pinned", [False, True])
 def test_load_cell_one_percent_off_is_stopped_by_the_gate_of_a_release_and_of_its_pin(
     before: Path,
@@ -117,6 +118,7 @@ def test_load_cell_one_percent_off_is_stopped_by_the_gate_of_a_release_and_of_it
         assert capsys.readouterr().out == ""
 
 
+@pytest.mark.slow
 def test_load_cell_one_percent_off_is_named(
     before: Path, miscalibrated: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -153,6 +155,7 @@ def comparison_of(before: Path, after: Path) -> Comparison:
     return compare(StoredRelease.open(before), StoredRelease.open(after), DRIFT)
 
 
+@pytest.mark.slow
 def test_each_difference_is_in_its_section(
     make: Make, before: Path, demo: Campaign, frames: dict[str, pd.DataFrame]
 ) -> None:
@@ -185,6 +188,7 @@ def test_each_difference_is_in_its_section(
     }
 
 
+@pytest.mark.slow
 def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not_gated(
     make: Make, demo: Campaign, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -208,6 +212,7 @@ def test_lost_fits_are_stopped(make: Make, before: Path, frames: dict[str, pd.Da
     assert not re.search(r"\b(inf|nan)\b", str(rows))
 
 
+@pytest.mark.slow
 def test_fits_of_other_laws_are_not_compared(
     make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:
@@ -220,6 +225,7 @@ def test_fits_of_other_laws_are_not_compared(
     assert (comparison_of(before, make(**both)).changes["change"] == 0).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("scale", "stopped"), [(1.0099, False), (1.0101, True)])
 def test_gate_closes_at_its_limit(
     make: Make, before: Path, frames: dict[str, pd.DataFrame], scale: float, stopped: bool
@@ -271,6 +277,7 @@ def widened(frames: dict[str, pd.DataFrame]) -> None:
     frames["coefficients"].loc[row, "upper"] += 0.06 * width
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("plant", "column"),
     [
@@ -336,6 +343,7 @@ def test_columns_without_which_nothing_can_be_compared_are_named(
         compare(StoredRelease.open(before), StoredRelease.open(other), DRIFT)
 
 
+@pytest.mark.slow
 def test_added_log_changes_counts_and_passes(
     make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:
@@ -352,6 +360,7 @@ def test_added_log_changes_counts_and_passes(
     assert {row[2] for row in section.rows} == {"certified"}
 
 
+@pytest.mark.slow
 def test_new_oil_of_added_logs_passes_and_a_lost_one_does_not(
     make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:

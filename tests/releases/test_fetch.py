@@ -25,6 +25,7 @@ def in_the_bucket(release: Path, storage: Storage) -> None:
     storage.put({key: path.read_bytes() for key, path in keys.items()})
 
 
+@pytest.mark.slow
 def test_fetch_is_whole(release: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     fetched = tmp_path / "fetched"
     assert main(["fetch", f"{PLACE}/", str(fetched)]) == 0
@@ -36,6 +37,7 @@ def test_fetch_is_whole(release: Path, tmp_path: Path, capsys: pytest.CaptureFix
     assert "exists already" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("change", "sentence"),
     [

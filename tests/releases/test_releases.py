@@ -91,6 +91,7 @@ def test_release_holds_what_was_made_and_leaves_the_samples_out(release: Path) -
     assert (release.parent / "latest").readlink() == Path(release.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "settings"),
     [

@@ -59,6 +59,7 @@ def test_key_that_a_manifest_has_twice_is_refused(
     assert "not as it was written" in refusal(capsys, "verify", stranger)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("n_keys", [nightly(900_000), 2_400_000])
 def test_manifest_of_very_many_keys_takes_little_memory(stranger: Path, n_keys: int) -> None:
     """Up to 27.7 MB of unknown keys: the promise is 600 MB."""

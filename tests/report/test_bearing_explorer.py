@@ -124,6 +124,7 @@ def choose(page: Page, **values: float) -> None:
         page.keyboard.press("Enter")
 
 
+@pytest.mark.slow
 def test_between_calculated_points_the_page_has_the_planted_laws(page: Page) -> None:
     random = np.random.default_rng(5)
     # above 2000 N, where every oil is interpolated
@@ -238,5 +239,6 @@ def test_everyone_can_use_the_explorer_of_the_bearing(tab: Tab, report: Path, wi
     assert float(page.input_value("#bearing-value-load")) < float(before)
 
 
+@pytest.mark.slow
 def test_without_a_map_there_is_no_explorer(results: CampaignTables, config: Settings) -> None:
     assert bearing_explorer_data(results, config) is None

@@ -60,6 +60,7 @@ def bytes_of(*columns: Any) -> bytes:
     return np.column_stack(columns).astype(float).tobytes()
 
 
+@pytest.mark.slow
 def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) -> None:
     _, drawn = drawing("residuals")
     assert drawn["y"].abs().max() < 1e-9
@@ -73,6 +74,7 @@ def test_residuals_show_what_is_planted(drawing: Draw, results: CampaignTables) 
         assert bytes_of(points["x"], points["y"]) in lines(axis)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("name", "panels"), [("curves", "abc"), nightly("residuals", "aei")])
 def test_points_of_some_runs_are_drawn_and_the_legend_says_so(
     drawing: Draw, results: CampaignTables, monkeypatch: pytest.MonkeyPatch, name: str, panels: str
@@ -139,6 +141,7 @@ DRAWN_HERE = ["curves", "constants", "residuals", "identifiability", "friction-m
 PICTURES = ["curves", "identifiability"]
 
 
+@pytest.mark.slow
 @pytest.mark.no_cover
 @pytest.mark.parametrize("oils", [["4102", "4050", "4010"], nightly(["4102"])])
 @pytest.mark.parametrize("name", quick_ones(DRAWN_HERE, PICTURES))

@@ -170,6 +170,7 @@ def test_what_has_no_signal_is_listed_without_a_page(demo: Campaign) -> None:
     assert (entry["rule"], entry["page"]) == ("not_a_sweep", "")
 
 
+@pytest.mark.slow
 def test_refused_torque_log_has_its_page_with_traction_logs(demo: Campaign, tmp_path: Path) -> None:
     good = torque_logs.signals()
     signals = {"stuck.csv": good.assign(torque_n_m=3.25), "good.csv": good}

@@ -78,6 +78,7 @@ def page(text: str) -> Page:
     return Page(text)
 
 
+@pytest.mark.slow
 def test_same_results_give_the_same_bytes_wherever_they_lie(
     write_of_one_oil: Write, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
@@ -87,6 +88,7 @@ def test_same_results_give_the_same_bytes_wherever_they_lie(
     assert str(ROOT) not in text
 
 
+@pytest.mark.slow
 def test_page_has_the_points_themselves(page: Page, results: CampaignTables) -> None:
     drawn, points = page.data["points"], results.points
     assert [drawn["names"][run] for run in drawn["run"]] == points["run_id"].tolist()
@@ -143,6 +145,7 @@ def test_explorer_without_surface_and_speed(results: CampaignTables, config: Set
     assert [oil["known"] for oil in content["oils"]] == [[True, False, True]] * 3
 
 
+@pytest.mark.slow
 def test_page_stays_below_its_limit_and_says_what_it_leaves_out(write: Write, text: str) -> None:
     pictures = sum(map(len, re.findall(r'srcset="(data:[^"]*)"', text)))
     size_max = len(text.encode()) - pictures + 1000
@@ -152,6 +155,7 @@ def test_page_stays_below_its_limit_and_says_what_it_leaves_out(write: Write, te
     assert "<code>figures/curves.png</code>" not in text
 
 
+@pytest.mark.slow
 def test_many_points_and_refusals_are_thinned_and_counted(write: Write) -> None:
     page = Page(write({"report": {"points_max": 500, "rows_max": 1}}))
     points = page.data["points"]

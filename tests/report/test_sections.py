@@ -37,6 +37,7 @@ from reports import OILS, cells, report_of, rows, sentences
 _PAPER = re.compile(r"paper|claim|Printed|Fig\. ")
 
 
+@pytest.mark.slow
 def test_laboratory_without_the_paper_reads_nothing_of_it(
     results: CampaignTables, config: Settings, tmp_path: Path
 ) -> None:

@@ -67,11 +67,13 @@ def test_source_files_that_a_page_names_without_a_folder_exist(page: Path) -> No
 WAYS = "docs/explanation/ways.md"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("path", quick_ones(GENERATED, {*GENERATED} - {WAYS}))
 def test_generated_file_is_current(path: str) -> None:
     assert (ROOT / path).read_text("utf-8") == GENERATED[path](), "run `make schemas`"
 
 
+@pytest.mark.slow
 @needs_study
 @pytest.mark.parametrize(
     "name", quick_ones(sorted(path.stem for path in FOLDER.glob("*.ipynb")), ["first-curve"])

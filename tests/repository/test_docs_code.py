@@ -77,6 +77,7 @@ def refuse_missing(page: str, printed: str) -> None:
     assert not missing, printed
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("long", [False, nightly(True)])
 def test_first_csv_prints_what_the_tutorial_says(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str], long: bool
@@ -102,6 +103,7 @@ def test_bearing_of_the_tutorial_has_an_equilibrium(capsys: pytest.CaptureFixtur
     refuse_missing("bearing.md", printed)
 
 
+@pytest.mark.slow
 def test_readme_prints_what_it_says() -> None:
     (code,) = re.findall(r"(?ms)^```python\n(.*?)^```", (ROOT / "README.md").read_text("utf-8"))
     example = doctest.DocTestParser().get_doctest(code, {}, "README.md", None, 0)

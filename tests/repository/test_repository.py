@@ -31,6 +31,7 @@ def tracked() -> list[Path]:
     return [path for path in paths if path.is_file()]
 
 
+@pytest.mark.slow
 def test_no_file_names_a_path_of_a_machine_or_a_package_registry() -> None:
     assert not [
         f"{path.relative_to(ROOT)}:{number}: {line.strip()[:80]}"

@@ -66,6 +66,7 @@ def test_campaign_that_the_twin_cannot_simulate_is_refused_in_words(
         next(simulate_campaign(settings, printed()))
 
 
+@pytest.mark.slow
 def test_cold_runs_of_the_thermal_campaign_are_accepted_without_printed_constants() -> None:
     # slip that rings after the sweep swings the force by no more than the bodies' creep lets it;
     # a film alone swung it by newtons, and the closing rolling phase looked like a drifting zero

@@ -56,6 +56,7 @@ def test_torque_by_a_heated_film_falls_when_the_oil_is_warmer() -> None:
     assert 0 < warm < cold
 
 
+@pytest.mark.slow
 def test_with_one_truth_the_fitted_law_meets_the_torque(demo: Campaign, config: Settings) -> None:
     # positive control: from simulated traction logs by the fit to the torque of simulated logs
     plain = config.with_changes({"campaign": {"oils": ["4102"]}}).plain_values()

@@ -33,6 +33,7 @@ def surface_with_labels(truth, rows, seed):
     return fit_surface(measured, fitted_law(measured)), curves, conditions
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", ["own", "jt"])
 def test_exchanged_labels_are_found_with_the_right_temperatures(truth):
     surface, curves, true = surface_with_labels(truth, RING, 47)

@@ -32,6 +32,7 @@ def surface_of(truth, speed_factor=1.0, slip_factor=1.0, seed=51):
     return fit_surface(measured, fitted_law(measured)), FEW[curves]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", quick_ones(["own", "jt"], ["jt"]))
 @pytest.mark.parametrize(
     ("quantity", "factor"), [("speed", 2.0), nightly("slip", 2.0), ("slip", 0.5)]

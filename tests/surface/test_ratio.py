@@ -49,6 +49,7 @@ def fitted(oils):
     return fit_ratio(*oils)
 
 
+@pytest.mark.slow
 def test_a_planted_ratio_is_inside_narrow_and_certain_with_24_runs_of_each_oil(fitted):
     prediction = fitted.predict(*asked(200, 43))
     factors = fitted.interval_factors
@@ -60,6 +61,7 @@ def test_a_planted_ratio_is_inside_narrow_and_certain_with_24_runs_of_each_oil(f
     assert (lower > 1).all()
 
 
+@pytest.mark.slow
 def test_a_ratio_that_changes_with_slip_and_conditions_is_inside():
     truth = TRUTHS["rat"]
     surface = fit_ratio(oil_of(truth, latin(), 44), oil_of(related_oil(truth), latin(), 45))
@@ -71,6 +73,7 @@ def test_a_ratio_that_changes_with_slip_and_conditions_is_inside():
     assert np.mean((lower <= true) & (true <= upper)) >= 0.95 - 0.08
 
 
+@pytest.mark.slow
 def test_order_of_rows_and_of_oils_changes_no_digit(oils, fitted):
     random = np.random.default_rng(47)
     mixed = []
@@ -105,6 +108,7 @@ def test_eight_conditions_claim_no_95_percent_however_often_they_are_repeated(re
     assert surface.interval_factors.level == pytest.approx(8 / 9)
 
 
+@pytest.mark.slow
 def test_a_gain_that_all_runs_of_an_oil_share_moves_the_ratio_and_not_its_interval(oils, fitted):
     first, second = oils
     points = replace(second.measurements, mu=1.01 * second.measurements.mu)
@@ -157,6 +161,7 @@ def test_far_conditions_stand_for_all_of_a_large_campaign(oils):
     assert runs.at_representative_conditions(24) is runs
 
 
+@pytest.mark.slow
 def test_a_large_campaign_agrees_with_all_of_its_conditions(oils, fitted, monkeypatch):
     monkeypatch.setattr(ratio_module, "_CONDITION_COUNT_FOR_RATIO", 16)
     large = fit_ratio(*oils)

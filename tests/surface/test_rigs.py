@@ -216,6 +216,7 @@ def test_numbers_of_rigs_and_order_of_runs_change_no_digit(measured, fitted, new
         np.testing.assert_array_equal(one.next_run_sd, same.next_run_sd)
 
 
+@pytest.mark.slow
 def test_runs_of_one_rig_are_as_runs_whose_rig_is_not_named(measured):
     law = fitted_law(measured)
     one_rig = fit_surface(replace(measured, rig_of_curve=np.zeros(27, dtype=np.int64)), law)
@@ -254,6 +255,7 @@ def test_the_sizes_of_a_large_campaign_come_from_curves_of_each_rig(measured, mo
     assert set(sample.rig_of_curve) == {0, 1, 2}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", quick_ones(["norm", "logn", "heavy"], ["logn"]))
 @pytest.mark.parametrize("conditions", [CONFOUNDED, nightly(mixed_rigs())])
 def test_interval_holds_new_runs_on_other_rigs(conditions, kind):

@@ -41,6 +41,7 @@ def test_damaged_curve_of_twelve_is_named(damage: CurveDamage):
     assert odd_rows(measured) == {5}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", quick_ones(range(3), [0]))
 def test_corner_where_the_oil_behaves_otherwise_is_not_odd(seed: int):
     # the asperities of `mix` carry at the slow and hot end only
@@ -92,6 +93,7 @@ def test_expected_traction_is_right_where_a_curve_is_ten_times_too_low():
     assert odd.expected_mu == pytest.approx(clean.mu[odd.point_index], rel=0.06)
 
 
+@pytest.mark.slow
 def test_shapes_do_not_depend_on_the_order_of_curves_and_points():
     random = np.random.default_rng(34)
     measured = damage_curves(
@@ -117,6 +119,7 @@ def test_shapes_do_not_depend_on_the_order_of_curves_and_points():
         )
 
 
+@pytest.mark.slow
 def test_curves_of_a_large_campaign_are_judged_in_parts():
     random = np.random.default_rng(35)
     conditions = random_conditions(100, random)

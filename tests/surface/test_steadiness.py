@@ -51,6 +51,7 @@ def with_late_step(truth):
     return curves, covariance_of(measured)
 
 
+@pytest.mark.slow
 def test_a_steady_campaign_raises_no_alarm(steady):
     _, curves, covariance = steady
     change = largest_change(covariance, TIME[curves])
@@ -58,6 +59,7 @@ def test_a_steady_campaign_raises_no_alarm(steady):
     assert not change.is_alarm
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("truth", quick_ones(["jt", "own"], ["jt"]))
 def test_a_step_of_the_force_is_named_with_its_runs_whether_or_not_a_law_is_true(truth):
     curves, covariance = with_late_step(truth)
@@ -103,6 +105,7 @@ def test_runs_that_nothing_but_mu_tells_apart_are_named():
     assert change.size == pytest.approx(np.log(0.9), abs=0.02)
 
 
+@pytest.mark.slow
 def test_a_label_makes_a_smaller_change_visible():
     # 3 % in every third run is too little for a group without a label
     some = np.arange(RUNS) % 3 == 1
@@ -160,6 +163,7 @@ def test_a_step_of_the_smallest_size_is_seen_wherever_it_begins():
     assert smallest > 1.05 * by_begin[middle]
 
 
+@pytest.mark.slow
 def test_a_wrong_law_in_the_order_of_a_condition_is_no_huge_trend():
     # without a size before the data: the slip reads wrong by 26 %, score 21
     measured = simulated(TRUTHS["pw"], latin(), np.random.default_rng(50), slips=SLIPS)

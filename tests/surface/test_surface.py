@@ -51,6 +51,7 @@ def numbers(surface):
     )
 
 
+@pytest.mark.slow
 def test_order_of_curves_and_points_changes_no_digit(measured, law, fitted):
     random = np.random.default_rng(22)
     curves = random.permutation(len(measured.conditions))
@@ -163,6 +164,7 @@ def test_points_that_are_all_near_zero_are_refused_with_a_reason(measured, law):
         fit_surface(replace(measured, mu=measured.mu * 1e-4), law)
 
 
+@pytest.mark.slow
 def test_a_force_that_is_far_below_zero_in_half_of_the_runs_leaves_no_interval():
     # a third of the points is below zero by up to 200 errors of the zero
     random = np.random.default_rng(87)

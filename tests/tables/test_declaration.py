@@ -74,6 +74,7 @@ def test_no_key_is_given_twice_in_a_declaration(path: Path) -> None:
             nodes += node.value
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("model", tables.TABLES.values(), ids=tables.TABLES)
 def test_every_column_has_an_example_that_its_declaration_allows(model: tables.Table) -> None:
     """`make schemas RESULTS="results/demo results/thermal results/etm-slim"` renews them."""

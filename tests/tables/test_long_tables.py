@@ -122,6 +122,7 @@ def test_rows_before_the_first_range_stay_first(
     pd.testing.assert_frame_equal(pd.concat(parts, ignore_index=True), expected)
 
 
+@pytest.mark.slow
 def test_runs_are_compared_without_all_columns_of_their_points(demo: Campaign) -> None:
     # runs are compared with those of their oil
     points, runs = (

@@ -79,6 +79,7 @@ COUNTS = [("points", "n_samples"), ("points", "first_row")]
 TEXTS = ["continuous", "step", "", None]
 
 
+@pytest.mark.slow
 @given(
     st.tuples(st.sampled_from(FLOATS), NUMBERS)
     | st.tuples(st.sampled_from(COUNTS), st.integers(-2, 2))

@@ -194,6 +194,7 @@ def test_without_the_flow_of_feed_oil_a_measured_torque_says_nothing_of_traction
     assert inversion[mu_columns].isna().all(axis=None)
 
 
+@pytest.mark.slow
 def test_a_bearing_loaded_beyond_reason_has_no_torque_and_a_reason(config, oils):
     # 20 kN logged as 20 MN; the third torque is more than any traction gives
     runs = plateaus([5.0, 5.0, 500.0], [6000.0, 9000.0, 6000.0])
@@ -266,6 +267,7 @@ def results(config: Settings, oils: list[OilInBearing]) -> CampaignTables:
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", FIGURES)
 def test_figures_show_their_data_or_say_that_there_are_none(config, results, name):
     figure, drawn = draw(name, results, config)

@@ -23,6 +23,7 @@ def table(**columns: list[float]) -> pd.DataFrame:
     return rows.assign(**dict.fromkeys(OPERATING_POINT_COLUMNS, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("bits", [0.0, 1e-12, -1e-12])
 @pytest.mark.parametrize(
     ("torque", "slip", "lambda_ratio", "best_oil"),

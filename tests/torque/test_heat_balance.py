@@ -36,6 +36,7 @@ def table(config: Settings, oils: list[OilInBearing], slip: pd.DataFrame) -> pd.
     return heat_balance_table(oils, slip, tables.empty_table("torque"), config)
 
 
+@pytest.mark.slow
 def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(
     config, oils, slip, table
 ):

@@ -110,6 +110,7 @@ def actual_errors(added_tests: list[tuple[float, float, float]]) -> FloatArray:
     return np.asarray(np.log(torques(np.array(constants)) / torques(TRUE_CONSTANTS[np.newaxis])))
 
 
+@pytest.mark.slow
 def test_torque_after_the_planned_tests_scatters_as_the_plan_promised(
     information: Information,
 ) -> None:
@@ -181,6 +182,7 @@ def test_tests_near_the_contacts_win(results: CampaignTables, request_for: PlanR
     assert mean_distances[1] < 0.7 * mean_distances[0]
 
 
+@pytest.mark.slow
 def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
     results: CampaignTables, request_for: PlanRequest
 ) -> None:
@@ -430,6 +432,7 @@ def test_a_plan_is_for_one_rig_and_contact(
         plan_tests(results, settings, OIL, request_for)
 
 
+@pytest.mark.slow
 def test_map_of_tests_draws_what_the_table_has(results: CampaignTables) -> None:
     table, reasons = plan_table(results, LAW_ALONE)
     assert not reasons

@@ -164,6 +164,7 @@ def test_reference_is_nearest_to_the_middle_of_the_box() -> None:
     assert conditions_of_reason(run_plan, "reference").tolist() == [[1.25, 32.0, 72.0]]
 
 
+@pytest.mark.slow
 def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> None:
     """The smallest trend of the force, five standard deviations, of an oil without a law."""
     runs = latin()

@@ -183,6 +183,7 @@ def test_draws_give_the_uncertainty_of_refits_calibration_and_drag_by_their_deri
     )
 
 
+@pytest.mark.slow
 def test_calculated_and_measured_torque_agree_within_two_uncertainties_of_their_side():
     # drag may be up to 2.2 times as large, or 2.2 times as small: the upper side is the longer one
     uncertain_oil = oil("4050", with_first_constant(0.0, 10), with_first_constant(0.0, 0), drag=0.8)
@@ -225,6 +226,7 @@ def test_a_law_without_refits_has_no_uncertainty():
     assert results["power_w"].notna().all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("load_n", "split"), [(4800.0, True), (20000.0, False)])
 def test_draws_on_both_sides_of_a_fold_are_told(load_n, split):
     # 4010 at 12 000 rpm and 70 degC under little load, where traction falls with slip
@@ -279,6 +281,7 @@ def test_viscosity_of_a_stand_in_and_errors_of_runs_widen_the_torque():
     assert results[0] == pytest.approx(abs(change) / np.log(1.01) * 0.05, rel=0.15)
 
 
+@pytest.mark.slow
 def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted():
     # of 4010 the cage slips by just more or just less than the limit at 1.4e6 mm rpm and 3 kN
     names = ("4102", "4010")
@@ -437,6 +440,7 @@ def test_the_laws_error_is_that_at_the_slips_of_spin(monkeypatch):
     assert error[0] == pytest.approx((speed_m_s * slip_by_spin).max(), rel=0.06)
 
 
+@pytest.mark.slow
 def test_an_interval_of_a_hundred_draws_holds_the_next_draw_with_95_percent():
     random = np.random.default_rng(8)
     draws = random.standard_normal((101, 5_000)) + 9
@@ -466,6 +470,7 @@ def test_where_all_draws_may_be_lost_one_draw_gives_no_interval() -> None:
 OILS = pytest.mark.parametrize("oil_name", ["4102", nightly("4050")])
 
 
+@pytest.mark.slow
 @OILS
 def test_the_interval_holds_independent_variations_of_every_known_effect(oil_name):
     held = held_by_interval(oil_name, seed=1)

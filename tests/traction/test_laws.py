@@ -117,6 +117,7 @@ def test_equation_with_an_unknown_name_is_told() -> None:
         expression.parse("1 - cos(S)", {"S": expression.name_node("S")})
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", EVERY_LAW.values(), ids=EVERY_LAW)
 def test_global_search_finds_the_planted_law(law: Law, config: Settings) -> None:
     task = problem_of(points_of(law), law)
@@ -145,6 +146,7 @@ def test_each_of_forty_searches_finds_the_planted_law(
     assert (ends <= (1 + 1e-8) * from_truth.sse + rounding).all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name", ["deng2026", "deng-exponential", "wang-deng-groups", "eyring", "rational-viscosity"]
 )

@@ -105,6 +105,7 @@ def test_workflow_of_a_host(installed: Path, released_project: Path, tmp_path: P
     assert not (tmp_path / "data/first_seen").exists()
 
 
+@pytest.mark.slow
 def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_path: Path) -> None:
     results, raw = released_project / "results", released_project / "data/raw/small"
     (tmp_path / "config").mkdir()

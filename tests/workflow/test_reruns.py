@@ -156,6 +156,7 @@ def jobs_due(project: Path) -> dict[str, int]:
     return due
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_ones(CHANGES, QUICK_CHANGES))
 def test_change_makes_due_what_it_affects_and_nothing_else(project: Path, name: str) -> None:
     edits, expected = CHANGES[name]
@@ -163,6 +164,7 @@ def test_change_makes_due_what_it_affects_and_nothing_else(project: Path, name: 
     assert jobs_due(project) == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_ones(NOTHING_DUE, QUICK_NOTHING_DUE))
 def test_words_and_dates_make_nothing_due_and_a_dry_run_changes_no_file(
     project: Path, name: str
