@@ -308,6 +308,7 @@ def test_small_log_takes_no_memory_for_the_largest_one(tmp_path: Path) -> None:
     assert peak() < 8e6
 
 
+@pytest.mark.slow
 def test_a_note_that_several_logs_have_is_said_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -323,6 +324,7 @@ def test_a_note_that_several_logs_have_is_said_once(
     assert "reading_note: the last row" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_a_program_gets_the_verdicts_of_the_command(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

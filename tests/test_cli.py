@@ -243,6 +243,7 @@ def test_saved_fit_with_the_name_of_a_campaign_is_no_campaign(
         oilfilm.bearing_torque("mainshaft-167", 1e4, 6000, 70, "4102", saved, config_of(results))
 
 
+@pytest.mark.slow
 def test_what_is_not_known_of_a_bearing_is_said(results: Path) -> None:
     answer = oilfilm.bearing_torque(
         "mainshaft-167", 1e4, 6000, 70, "4102", results, config_of(results)
@@ -426,6 +427,7 @@ def test_campaign_without_results_gets_a_first_plan(capsys: pytest.CaptureFixtur
         assert "no results" in refusal
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("options", "sentence"),
     [

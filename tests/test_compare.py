@@ -66,6 +66,7 @@ def test_planted_ratio_is_inside_the_interval_of_two_laws(folders: list[Path]) -
     )
 
 
+@pytest.mark.slow
 def test_ratio_at_negative_slip_is_that_at_positive_slip(folders: list[Path]) -> None:
     law_by_name = {folder.name: oilfilm.read_fit(folder, "oil") for folder in folders}
     columns = ["ratio", "ratio_lower", "ratio_upper"]

@@ -378,6 +378,7 @@ def test_settings_files_begin_with_the_schema_by_which_editors_check_them(tmp_pa
             assert (file.parent / schema).is_file()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("stated", [False, True])
 def test_pressure_needs_the_ball_unless_the_headers_state_it(tmp_path: Path, stated: bool) -> None:
     """Runs at 1.0, 1.2 and 1.2 GPa, in the header or not."""

@@ -100,6 +100,7 @@ def test_conversation_ends_when_check_passes(
     assert main(["check", str(folder / "data/raw/june")]) == 0
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("answer", "accepted"), [("yes", 1), ("no", 0), ("", 0)])
 def test_rows_that_look_settled_are_asked_about(
     tmp_path: Path,
@@ -223,6 +224,7 @@ def test_settled_readings_are_noted_in_a_run_sheet_of_any_form(
         assert sheet.read_text(encoding="utf-8-sig").splitlines() == expected_lines
 
 
+@pytest.mark.slow
 def test_what_the_check_lacks_is_asked_for_again(
     tmp_path: Path, person: Person, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -174,6 +174,7 @@ def test_explorer_marks_mu(saved_fit: SavedFit) -> None:
     assert marks_by_point == MARKS
 
 
+@pytest.mark.slow
 def test_card_of_the_report_is_marked(saved_fit: SavedFit, config: Settings) -> None:
     results = CampaignTables.from_folder(saved_fit.folders[0])
     (row,) = answer_section(results, config).tables[0].rows

@@ -54,6 +54,7 @@ def test_planted_constants_come_back(fitted: ArrayFit) -> None:
     assert fitted.predict(1.2, 30, 70, 0.5).outside
 
 
+@pytest.mark.slow
 def test_exact_fit_has_a_summary(fitted: ArrayFit) -> None:
     exact_quality = fitted.tables.fit_quality.assign(rmse=0.0, relative_rms=0.0, left_out_rmse=0.0)
     exact = replace(fitted, tables=fitted.tables.replace(fit_quality=exact_quality))
@@ -78,6 +79,7 @@ def test_columns_of_different_rows_are_refused(points: pd.DataFrame) -> None:
         oilfilm.fit(points["P"], 30.0, 70.0, points["S"], points["mu"].iloc[1:], **QUICK)
 
 
+@pytest.mark.slow
 def test_arrays_of_xarray_are_fitted_by_their_dimensions(fitted: ArrayFit) -> None:
     levels = {"P": [1.0, 1.25, 1.5], "U": [25.0, 40.0], "T": [50.0, 120.0]}
     data = xarray.Dataset(coords={**levels, "S": np.linspace(0, 0.3, 11)})
@@ -123,6 +125,7 @@ def test_quantities_are_converted(points: pd.DataFrame, fitted: ArrayFit) -> Non
         fitted.predict(units.Quantity(1.0, "m/s"), 30, 70, 0.05)
 
 
+@pytest.mark.slow
 def test_result_shows_itself(fitted: ArrayFit) -> None:
     assert "A0" in repr(fitted)
     assert "<td>" in fitted._repr_html_()
@@ -210,6 +213,7 @@ def test_conditions_within_tolerances_are_one_curve(points: pd.DataFrame, fitted
     assert (fit.points["run_id"].astype(int) == true_curve_of_point).all()
 
 
+@pytest.mark.slow
 def test_points_taken_apart_are_warned_of(points: pd.DataFrame) -> None:
     columns = [points[name] for name in points]
     with pytest.warns(UserWarning, match=r"132 points.* 132 curves") as warned:
@@ -387,6 +391,7 @@ def test_a_point_without_the_name_of_its_run_is_refused(
         oilfilm.fit(*(points[name] for name in points), curve=names, **QUICK)
 
 
+@pytest.mark.slow
 def test_a_name_that_several_conditions_share_is_doubted(points: pd.DataFrame) -> None:
     with pytest.warns(UserWarning, match="2 of 2 curves have points at several conditions"):
         fit = oilfilm.fit(*(points[name] for name in points), curve=points["T"], **QUICK)

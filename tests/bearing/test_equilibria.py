@@ -34,6 +34,7 @@ SKIDDING = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("oil", "rpm", "temperature_c", "load_n", "slip"), SKIDDING)
 def test_a_skidding_cage_is_found_where_an_independent_solver_finds_one(
     oil, rpm, temperature_c, load_n, slip
@@ -67,6 +68,7 @@ def test_a_point_has_the_same_equilibria_alone_and_in_any_company(loads_n):
     np.testing.assert_allclose(values([load_n, load_n])[0], values_alone, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_rolling_and_skidding_cages_under_one_load_are_all_listed():
     # 4010 at 6 000 rpm, 40 degC and 2 879 N: slips of a trial of the method with a code of its own
     motions = equilibria(mainshaft_problem("4010", 6000, 40.0, [2879.0]))

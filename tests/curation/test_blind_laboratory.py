@@ -37,6 +37,7 @@ def test_no_sound_log_is_refused_and_every_row_of_it_is_used(
         assert rows.loc[log.file].tolist() == [log.rows, 0]
 
 
+@pytest.mark.slow
 def test_faults_are_stopped_or_named_with_a_right_reason(result: Outcome) -> None:
     assert result.faults >= 60
     assert result.misnamed == []

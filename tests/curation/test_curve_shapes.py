@@ -172,6 +172,7 @@ def test_first_log_alone_is_warned_about_what_no_oil_does(
     assert (curated.runs["verdict"] == "accepted").all()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "slips", [nightly(TEN_SLIPS), nightly(SIX_SLIPS), EVEN_SLIPS], ids=["ten", "six", "even"]
 )

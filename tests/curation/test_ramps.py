@@ -146,6 +146,7 @@ def check_curve(judged: CuratedTables, relative: float) -> None:
 HARD_SWEEPS = ["by equal factors", "both directions", "one way and a fall"]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sweep", quick_ones(SWEEPS, HARD_SWEEPS))
 @pytest.mark.parametrize("lag_s", quick_ones([0.05, 0.6, 1.5], [0.6]))
 def test_ramp_gives_the_planted_curve_whatever_the_lag_is(sweep: str, lag_s: float) -> None:
@@ -177,6 +178,7 @@ def test_delay_is_found_as_a_filter_is() -> None:
     assert "0.7" in warning_of_lag(judged)
 
 
+@pytest.mark.slow
 def test_lag_that_nothing_shows_widens_the_errors_and_is_named() -> None:
     judged = curated(ramp(ONE_WAY, 0.6, seconds=125), with_zero("opening_phase"))
     assert verdict(judged) == ("accepted", "")
@@ -288,6 +290,7 @@ def test_ramp_of_small_slips_is_judged_by_its_error_too(
     assert (refusal and refusal.rule) == rule
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("zero_term_count", quick_ones([0, 2], [2]))
 def test_error_of_a_row_counts_every_parameter_of_the_fit(zero_term_count: int) -> None:
     """Noise that a fit takes away, over its variance: the number of parameters in the mean."""
@@ -317,6 +320,7 @@ def test_error_of_a_row_counts_every_parameter_of_the_fit(zero_term_count: int) 
     assert variance == pytest.approx(row_count / (row_count - np.mean(taken_away)), rel=0.02)
 
 
+@pytest.mark.slow
 def test_zero_is_found_by_both_directions_or_refused() -> None:
     without_rolling = line((0, -0.1), (60, 0.1), (120, -0.1))
     judged = curated(ramp(without_rolling, 0.3, seconds=120))

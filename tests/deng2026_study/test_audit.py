@@ -552,6 +552,7 @@ def test_table_has_every_claim_on_both_bases(table: pd.DataFrame) -> None:
     assert (table["share"].isna() == unchecked).all()
 
 
+@pytest.mark.slow
 def test_refit_of_simulated_logs_gets_the_verdicts_of_its_truth(table: pd.DataFrame) -> None:
     # the twin's truth is the printed constants
     verdicts = table.pivot(index="claim", columns="basis", values="verdict").dropna()

@@ -97,6 +97,7 @@ def test_truth_of_a_simulation_is_drawn_in_place_of_printed_constants(
     assert set(usual("fig09")[1]["series"]) == {"refit", "printed"}
 
 
+@pytest.mark.slow
 def test_shade_covers_what_no_test_reaches(usual: Draw) -> None:
     # tested: 1.0 to 1.5 GPa, 25 to 40 m/s, 25 to 120 degC
     def shaded(name: str, panel: int) -> list[tuple[float, float]]:

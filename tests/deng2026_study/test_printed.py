@@ -153,6 +153,7 @@ def test_peak_is_the_largest_value_of_the_curve(powers: list[float]) -> None:
 # ---------------------------------------------------------------- the study
 
 
+@pytest.mark.slow
 def test_every_statement_is_a_column_and_every_set_a_row(studied: Studied) -> None:
     sets, verdicts = studied
     about = ["oil", "signs", "in_use", "rank", "rank_at_figures", "total"]

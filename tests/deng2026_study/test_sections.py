@@ -75,6 +75,7 @@ def test_demonstration(made: dict[str, Section]) -> None:
     assert inside < beyond < 5
 
 
+@pytest.mark.slow
 def test_report_tells_what_the_paper_claims(made: dict[str, Section]) -> None:
     apart = cells(made["printed"], "printed_judged", "4010")
     _, printed_sse, fitted_sse, tested, beyond = (

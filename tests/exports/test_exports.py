@@ -307,6 +307,7 @@ def test_hostile_names_change_nothing_of_the_code(
         refuse_other_values(evaluate, fit, grid()[::37], folder)
 
 
+@pytest.mark.slow
 def test_hostile_names_stay_whole_in_json_and_harmless_in_csv(hostile: Any) -> None:
     fits, files = hostile
     for fit in fits:
@@ -326,6 +327,7 @@ def test_identifiers_are_plain_short_and_all_different(oils: list[str]) -> None:
     assert all(re.fullmatch(r"[a-z0-9][a-z0-9_]*", name) and len(name) <= 40 for name in names)
 
 
+@pytest.mark.slow
 @given(st.text())
 def test_plain_text_can_end_no_comment_or_string(text: str) -> None:
     assert re.fullmatch(r"[A-Za-z0-9 .,:;()<>=+/%'_-]*", plain_text(text))

@@ -103,6 +103,7 @@ def test_workbook_computes_the_law_and_says_where_it_extrapolates(
     assert marked == beyond(fit, arguments_of(fit, ROWS), np.array(mu)).tolist()
 
 
+@pytest.mark.slow
 def test_workbook_computes_the_corner_of_the_box_and_says_where_there_is_no_value(
     by_libreoffice: dict[str, Workbook],
 ) -> None:

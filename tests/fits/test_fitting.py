@@ -286,6 +286,7 @@ def test_spectrum_is_that_of_a_problem_solved_by_hand() -> None:
     assert (low, high, condition) == pytest.approx((3.0, 20_000.0, 1.0))
 
 
+@pytest.mark.slow
 def test_exponent_around_zero_has_no_known_sign(refitted: dict[str, CampaignTables]) -> None:
     # the printed U exponent of B of 4010 is -0.029, that of C of 4050 0.0022
     for oil, constant in (("4010", "B2"), ("4050", "C2")):

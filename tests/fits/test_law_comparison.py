@@ -230,6 +230,7 @@ def test_bounds_of_the_comparison_are_those_of_the_constants(made_by_tanh: Campa
 BIC_DIFFERENCE_MIN = 2.0
 
 
+@pytest.mark.slow
 def test_law_that_made_the_points_is_named_beside_another_configured_one(
     made_by_tanh: CampaignTables,
 ) -> None:
@@ -449,6 +450,7 @@ def misfit_of(
     return row, float(np.sqrt(np.mean(error**2) / np.mean(points["traction_coefficient"] ** 2)))
 
 
+@pytest.mark.slow
 def test_wrong_law_is_told_from_planted_noise_by_repeats(quick: Settings) -> None:
     right, noise = misfit_of(quick, 8, "deng2026")
     wrong, _ = misfit_of(quick, 8, "tanh")

@@ -75,6 +75,7 @@ def verdict(laws: dict[str, tuple[float, int, bool]], configured: str) -> dict[s
 ORDERS = [*itertools.permutations(["eyring", "tanh", "carreau"])]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", quick_ones(ORDERS, [ORDERS[0], ORDERS[-1]]))
 def test_of_laws_that_are_as_good_a_declared_order_chooses(order: tuple[str, ...]) -> None:
     for bits in ((0.0, 0.0, 0.0), BITS, BITS[::-1], (*BITS[1:], BITS[0])):

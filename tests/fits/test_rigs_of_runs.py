@@ -90,6 +90,7 @@ def test_each_rig_has_its_own_answer(fit: FittedLaw) -> None:
     assert middle["gamma"] / middle["beta"] == pytest.approx(0.97, abs=0.008)
 
 
+@pytest.mark.slow
 def test_another_rig_is_less_known_than_one_of_these(fit: FittedLaw) -> None:
     assert half_width(fit, "alpha") < half_width(fit) < half_width(fit, ANOTHER_RIG_NAME)
 

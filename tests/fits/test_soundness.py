@@ -275,6 +275,7 @@ def test_untrue_law_is_found_and_no_run_is_blamed(config: Settings, name: str) -
     assert f"{row['misfit']:.1%}" in sentence
 
 
+@pytest.mark.slow
 def test_a_small_misfit_beside_the_scatter_of_runs_condemns_no_law(
     clean_row: dict[str, Any],
 ) -> None:

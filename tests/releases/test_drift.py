@@ -199,6 +199,7 @@ def test_releases_of_a_campaign_that_is_not_configured_here_are_compared_but_not
     assert "elsewhere" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_lost_fits_are_stopped(make: Make, before: Path, frames: dict[str, pd.DataFrame]) -> None:
     """4050 has no fit any more, and 4102 has no C3."""
     kept = {name: frames[name] for name in ("coefficients", "fit_quality", "refits")}
@@ -373,6 +374,7 @@ def test_new_oil_of_added_logs_passes_and_a_lost_one_does_not(
     assert {row[0] for row in moved.rows} == {"4050"}
 
 
+@pytest.mark.slow
 def test_errors_may_move_by_their_limit(
     make: Make, before: Path, frames: dict[str, pd.DataFrame]
 ) -> None:

@@ -64,6 +64,7 @@ def test_release_that_is_not_as_released_makes_no_folder(
         storage.client.delete_object(Bucket="lab", Key=f"altered/{name}")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "address", ["s3://lab/nothing", "s3://nobody/x", f"s3://key:{SECRET}@lab/x", "june"]
 )

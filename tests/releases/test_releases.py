@@ -341,6 +341,7 @@ def test_hostile_manifest_is_refused_in_a_sentence(
     assert "manifest.json" in capsys.readouterr().err
 
 
+@pytest.mark.slow
 def test_manifest_of_too_many_files_is_refused(release: Path, tmp_path: Path) -> None:
     manifest = json.loads((release / MANIFEST_FILE).read_text(encoding="utf-8"))
     files = [{**manifest["files"][0], "path": str(number)} for number in range(100_001)]

@@ -100,6 +100,7 @@ def test_file_larger_than_any_of_a_release_is_not_opened(stranger: Path) -> None
 NOWHERE = ("../../evil", "/evil", "a/b", "C:evil", "")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "changes",
     # a rebuild writes one file for each oil and rig

@@ -19,6 +19,8 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.best_oil import find_best_oil
 from reports import OILS, report_of
 
+pytestmark = pytest.mark.slow
+
 LOADS, SPEEDS = [500.0, 2000.0, 5000.0, 12000.0, 30000.0], [1000.0, 3000.0, 9000.0, 20000.0]
 MAP_TEMPERATURE = 100.0
 # of the coarse map: every second load and speed, both ends among them
@@ -124,7 +126,6 @@ def choose(page: Page, **values: float) -> None:
         page.keyboard.press("Enter")
 
 
-@pytest.mark.slow
 def test_between_calculated_points_the_page_has_the_planted_laws(page: Page) -> None:
     random = np.random.default_rng(5)
     # above 2000 N, where every oil is interpolated
@@ -239,6 +240,5 @@ def test_everyone_can_use_the_explorer_of_the_bearing(tab: Tab, report: Path, wi
     assert float(page.input_value("#bearing-value-load")) < float(before)
 
 
-@pytest.mark.slow
 def test_without_a_map_there_is_no_explorer(results: CampaignTables, config: Settings) -> None:
     assert bearing_explorer_data(results, config) is None

@@ -117,6 +117,7 @@ def test_one_measured_pressure_is_a_level() -> None:
     assert points.groupby(levels, observed=True).size().to_dict() == {1.2: 20}
 
 
+@pytest.mark.slow
 def test_residuals_of_reversed_slip_keep_their_sign(drawing: Draw, results: CampaignTables) -> None:
     high = results.points.query("slide_roll_ratio > 0").copy()
     high["traction_coefficient"] += 1e-3
@@ -155,6 +156,7 @@ def test_figures_are_as_wide_as_a_column_and_nothing_is_cut_off(
     assert is_as_wide_as_a_column(figure, tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", PICTURES)
 def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> None:
     message = difference_from(BASELINE / f"{name}.png", drawing(name)[0], tmp_path)

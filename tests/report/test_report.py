@@ -97,6 +97,7 @@ def test_page_has_the_points_themselves(page: Page, results: CampaignTables) -> 
     assert drawn["mu"] == pytest.approx(points["traction_coefficient"], rel=1e-5)
 
 
+@pytest.mark.slow
 def test_cards_answer_for_every_oil_at_one_point(page: Page, results: CampaignTables) -> None:
     data = page.data
     at = [axis["start"] for axis in data["axes"]]

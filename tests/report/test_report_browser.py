@@ -23,6 +23,8 @@ from oilfilm.traction.law import CONDITIONS
 from planted_fits import planted_fit
 from reports import HOSTILE, OILS, report_of, with_hostile_names
 
+pytestmark = pytest.mark.slow
+
 
 @pytest.fixture(scope="module")
 def report(
@@ -67,7 +69,6 @@ def choose(page: Page, **values: float) -> None:
         page.keyboard.press("Enter")
 
 
-@pytest.mark.slow
 def test_page_asks_for_nothing_and_runs_no_script_but_its_own(tab: Tab, report: Path) -> None:
     page = tab.open(report)
     assert tab.problems == []
@@ -78,7 +79,6 @@ def test_page_asks_for_nothing_and_runs_no_script_but_its_own(tab: Tab, report: 
     assert page.evaluate("globalThis.x") is None
 
 
-@pytest.mark.slow
 def test_curves_and_cards_are_the_numbers_of_python(page: Page, results: CampaignTables) -> None:
     points = {
         "S": [1.4, 35.0, 75.0, 0.1],
@@ -165,7 +165,6 @@ def test_outside_the_tested_box_the_page_warns(page: Page) -> None:
     assert [part / whole for part in parts] == pytest.approx([5 / 180, 160 / 180], abs=0.01)
 
 
-@pytest.mark.slow
 def test_hostile_names_are_shown_as_text(
     tab: Tab, results: CampaignTables, config: Settings, tmp_path: Path
 ) -> None:
@@ -274,7 +273,6 @@ def test_name_of_a_run_leads_to_its_point_or_signals(page: Page, results: Campai
     page.wait_for_selector("#refused-stuck img", state="visible")
 
 
-@pytest.mark.slow
 def test_explorer_works_by_keyboard_alone(page: Page) -> None:
     page.keyboard.press("Tab")
     assert page.evaluate("document.activeElement.textContent") == "Skip to the answer"

@@ -5,6 +5,8 @@ import re
 from functools import cache
 from pathlib import Path
 
+import pytest
+
 from campaigns import ROOT, needs_study
 from oilfilm.cli.parser import parser
 
@@ -75,6 +77,7 @@ def mistake(command: str) -> str:
     return f"{program} has no {min(unknown)}" if unknown else ""
 
 
+@pytest.mark.slow
 @needs_study
 def test_advised_commands_exist() -> None:
     named = ((path, command) for path in SOURCES for command in advised(path))

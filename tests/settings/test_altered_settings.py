@@ -46,6 +46,7 @@ def alter_and_resolve(folder: Path, alterations: range) -> int:
     return refused_count
 
 
+@pytest.mark.slow
 def test_altered_settings_are_settings_or_end_in_a_sentence(folder: Path) -> None:
     assert alter_and_resolve(folder, range(20))
 

@@ -51,6 +51,7 @@ def test_right_labels_stay(truth):
     assert swap is None or not swap.is_alarm
 
 
+@pytest.mark.slow
 def test_no_temperature_is_proposed_at_which_the_law_has_no_traction(monkeypatch):
     surface, _, true = surface_with_labels("own", RING, 47)
 

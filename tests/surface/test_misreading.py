@@ -54,6 +54,7 @@ def test_right_readings_stay(truth):
     assert misreading is None or not misreading.is_alarm
 
 
+@pytest.mark.slow
 def test_runs_put_right_have_the_true_readings():
     surface, few = surface_of("own", speed_factor=2.0)
     misreading = likeliest_misreading(surface, {"form=B": few})

@@ -264,6 +264,7 @@ def peak_memory(runs):
     return peak()
 
 
+@pytest.mark.slow
 def test_bytes_of_a_curve_do_not_grow_with_their_number(monkeypatch: pytest.MonkeyPatch):
     """Slips that no two points share: dense weights would take 100 columns of 9 numbers a curve."""
     monkeypatch.setattr(reduction, "_CURVES_AT_ONCE", 50)

@@ -122,6 +122,7 @@ def test_a_gain_that_all_runs_of_an_oil_share_moves_the_ratio_and_not_its_interv
     )
 
 
+@pytest.mark.slow
 def test_conditions_of_one_oil_count_and_raise_no_level():
     truth, random = TRUTHS["jt"], np.random.default_rng(52)
     shared, own = latin()[::2], random_conditions(12, random)
@@ -133,6 +134,7 @@ def test_conditions_of_one_oil_count_and_raise_no_level():
     assert np.mean((lower < PLANTED_RATIO) & (PLANTED_RATIO < upper)) >= 0.92
 
 
+@pytest.mark.slow
 def test_what_an_oil_was_not_tested_at_is_marked(fitted):
     at = np.array([[1.2, 30.0, 70.0], [2.5, 30.0, 70.0], [1.2, 30.0, 70.0]])
     prediction = fitted.predict(at, np.array([0.05, 0.05, 3.0]))
@@ -142,6 +144,7 @@ def test_what_an_oil_was_not_tested_at_is_marked(fitted):
     assert np.isnan(prediction.interval(2.0)[0]).tolist() == [False, True, True]
 
 
+@pytest.mark.slow
 def test_a_slip_below_the_tested_ones_of_either_oil_is_marked():
     # the first oil was tested from 0.002 on, the second from about 0.0055
     truth = TRUTHS["limited_eyring"]

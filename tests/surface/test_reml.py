@@ -77,6 +77,7 @@ def test_planted_gain_and_noise_are_found_in_few_runs():
     assert sizes.noise == pytest.approx(0.01, rel=0.1)
 
 
+@pytest.mark.slow
 def test_misfit_tells_a_true_law_from_a_wrong_one():
     kappa = {}
     for name in ("own", "sol"):

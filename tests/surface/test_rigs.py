@@ -114,6 +114,7 @@ def test_posterior_on_a_rig_is_that_of_a_normal_distribution(measured, rig):
     np.testing.assert_allclose(nystrom.variance(places), dense.variance(places), rtol=1e-3)
 
 
+@pytest.mark.slow
 def test_planted_gains_of_rigs_are_found(fitted):
     # standard deviation of (0.03, 0, -0.03) about 0; three rigs know it within 40 % at best
     assert fitted.covariance.sizes.rig_gain == pytest.approx(0.0245, rel=0.5)
@@ -166,6 +167,7 @@ def test_a_stated_gain_is_normally_distributed():
     assert factor_of_another_rig(0.01, 0.0, stated, 0.95) == pytest.approx(1, abs=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("resolved_rigs", [nightly(0), 2])
 def test_another_rig_is_inside_as_often_as_claimed(resolved_rigs):
     before_data = LogNormal(median=0.01, ln_sd=0.6, smallest=1e-4, largest=0.2)

@@ -56,6 +56,7 @@ def test_patterns_over_time_are_steps_blocks_runs_and_seasons():
     np.testing.assert_allclose(alternating, np.tile([1, -1], 6))
 
 
+@pytest.mark.slow
 def test_the_likeliest_group_is_the_best_of_all_groups():
     for seed in range(5):
         known = information(seed)

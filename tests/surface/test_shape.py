@@ -24,6 +24,7 @@ def odd_rows(measured: Measurements) -> set[int]:
     return {shape.curve_index for shape in curve_shapes(measured, PAPER_LAW) if shape.is_odd}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "slips", [nightly(SLIPS), np.geomspace(0.006, 0.29, 6)], ids=["twelve", "six"]
 )
@@ -32,6 +33,7 @@ def test_no_clean_curve_is_odd(slips):
     assert odd_rows(measured) == set()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "damage", quick_ones(CURVE_DAMAGES, [film_collapse]), ids=lambda damage: damage.__name__
 )
@@ -60,6 +62,7 @@ def test_two_damaged_curves_of_24_are_named(damage: CurveDamage):
     assert odd_rows(measured) == {5, 17}
 
 
+@pytest.mark.slow
 def test_one_high_step_is_named_with_its_point_and_its_size():
     random = np.random.default_rng(33)
     clean = simulated(TRUTHS["jt"], TWELVE, random, slips=SLIPS)

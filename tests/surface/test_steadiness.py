@@ -80,6 +80,7 @@ def test_the_fewer_runs_are_suspect_when_a_step_comes_early():
     assert change.size == pytest.approx(-np.log(1.05), abs=0.015)
 
 
+@pytest.mark.slow
 def test_a_temperature_that_follows_day_and_night_is_a_season():
     clean = simulated(TRUTHS["own"], latin(), np.random.default_rng(42), slips=SLIPS)
     day = np.sin(2 * np.pi * TIME / 8)
@@ -95,6 +96,7 @@ def test_a_temperature_that_follows_day_and_night_is_a_season():
     assert np.corrcoef(change.pattern, day[curves])[0, 1] > 0.95
 
 
+@pytest.mark.slow
 def test_runs_that_nothing_but_mu_tells_apart_are_named():
     some = np.isin(np.arange(RUNS), [1, 5, 7, 10, 14, 15, 20, 22])
     measured, curves = campaign(np.where(some, 0.9, 1.0), "own")
@@ -129,6 +131,7 @@ def test_a_label_names_its_runs_even_if_they_are_the_most():
     np.testing.assert_array_equal(change.pattern, some[curves])
 
 
+@pytest.mark.slow
 def test_sizes_that_no_rig_has_are_no_cause():
     curves, covariance = with_late_step("jt")
     tiny = ChangeSizes(gain=0.01, zero=1e-6, slip_scale=0.001, temperature_k=0.1)

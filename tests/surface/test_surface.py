@@ -65,6 +65,7 @@ def test_order_of_curves_and_points_changes_no_digit(measured, law, fitted):
     np.testing.assert_array_equal(numbers(fit_surface(mixed, law)), numbers(fitted))
 
 
+@pytest.mark.slow
 def test_number_of_blas_threads_changes_no_digit(measured, law, fitted):
     with threadpool_limits(limits=2, user_api="blas"):
         other = numbers(fit_surface(measured, law))

@@ -278,6 +278,7 @@ def test_figures_show_their_data_or_say_that_there_are_none(config, results, nam
     assert any(text.get_text() for axis in figure.axes for text in axis.texts)
 
 
+@pytest.mark.slow
 def test_errors_of_the_torque_are_drawn_with_their_intervals(config, results):
     torque = results.torque
     compared = torque[torque["load_variable"].isin(["stress", "wang-deng-load"])]

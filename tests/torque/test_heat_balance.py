@@ -64,6 +64,7 @@ def test_heated_oil_on_the_map_takes_its_share_and_the_best_oil_is_found_again(
     assert (rows.set_index(["inner_speed_rpm", "axial_load_n"])["best_oil"] == best).all()
 
 
+@pytest.mark.slow
 def test_heated_oil_is_given_speed_with_the_mass_flow_of_the_inlet(config, oils, table):
     rows = table[(table["oil"] == "4050") & (table["axial_load_n"] == 20000)]
     (oil,) = (oil for oil in oils if oil.name == "4050")

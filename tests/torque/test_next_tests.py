@@ -210,6 +210,7 @@ def test_the_plan_has_the_whole_uncertainty_of_the_bearing(
     assert len(slip_plan.curve_plan.chosen_indices) == request_for.test_count
 
 
+@pytest.mark.slow
 def test_plan_keeps_to_what_the_rig_can_run(
     results: CampaignTables, request_for: PlanRequest
 ) -> None:

@@ -318,6 +318,7 @@ def test_all_oils_of_a_draw_have_one_drag_and_the_best_of_each_draw_is_counted()
     np.testing.assert_allclose(table["best_share"], share.ravel(), atol=0.06)
 
 
+@pytest.mark.slow
 def test_shares_of_variance_are_those_of_an_independent_variation():
     # two causes with known slopes: all traction by 5 % in a run, and the flow from 4 to 16 L/min
     flow = SHIPPED.uncertain_inputs["feed_flow_m3_s"]
@@ -362,6 +363,7 @@ def test_shares_of_variance_are_those_of_an_independent_variation():
 FLOW_INPUTS = ("feed_flow_m3_s", "momentum_share")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("is_flow_known", [True, False])
 @pytest.mark.parametrize(("run_sd", "text"), [(np.nan, "not known"), (0.05, "5 % of it")])
 def test_a_scatter_of_runs_or_a_flow_that_nobody_knows_has_no_share(run_sd, text, is_flow_known):

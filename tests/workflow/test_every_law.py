@@ -15,7 +15,7 @@ from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import LAW_FILES, LAWS
 from reproduce import command
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.slow]
 
 
 def run_with(project: Path, law: str) -> None:
@@ -32,7 +32,6 @@ def run_with(project: Path, law: str) -> None:
     succeeded([python, "-c", jobs], cwd=project, env=environment)
 
 
-@pytest.mark.slow
 @pytest.mark.parametrize("law", ["hyperbola", *map(nightly, LAWS)])
 def test_law_goes_from_points_to_exports(released_project: Path, tmp_path: Path, law: str) -> None:
     """The added law differs from the default one in all that laws differ in.

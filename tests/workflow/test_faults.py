@@ -54,6 +54,7 @@ def new(tmp_path: Path) -> Path:
     return project
 
 
+@pytest.mark.slow
 def test_run_needs_no_network_and_unpickles_nothing(released_project: Path) -> None:
     """The guard (tests/guard) would have raised, and written down what was tried."""
     assert not (released_project / "guard.log").exists()

@@ -15,7 +15,7 @@ from campaigns import ROOT, read_campaign
 from command_line import succeeded
 from reproduce import coverage_environment
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.slow]
 
 
 @pytest.fixture(scope="module")
@@ -105,7 +105,6 @@ def test_workflow_of_a_host(installed: Path, released_project: Path, tmp_path: P
     assert not (tmp_path / "data/first_seen").exists()
 
 
-@pytest.mark.slow
 def test_commands_need_no_clone(installed: Path, released_project: Path, tmp_path: Path) -> None:
     results, raw = released_project / "results", released_project / "data/raw/small"
     (tmp_path / "config").mkdir()

@@ -24,7 +24,7 @@ from oilfilm.logs.raw_files import listing_text
 from oilfilm.releases.stored_release import StoredRelease
 from reproduce import announced_jobs, changed_files, fail, files_made, stamps, succeed
 
-pytestmark = pytest.mark.workflow
+pytestmark = [pytest.mark.workflow, pytest.mark.slow]
 
 SMALL = ("--config", "campaign=small")
 
@@ -134,7 +134,6 @@ def own(project: Path) -> Path:
     return raw
 
 
-@pytest.mark.slow
 def test_logs_with_a_run_sheet_give_the_points_of_their_headers(project: Path, own: Path) -> None:
     simulated, points = (
         tables.read("points", project / f"results/{name}/tables/points.parquet")
@@ -151,7 +150,6 @@ def test_touched_log_makes_nothing_run_again(project: Path, own: Path) -> None:
     assert planned(project, *OWN) == {}
 
 
-@pytest.mark.slow
 def test_changed_log_redoes_its_own_share_and_needs_a_reason(project: Path, own: Path) -> None:
     name = "4102_P1.50_U40_T120.csv"
     status = (own / name).stat()
