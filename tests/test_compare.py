@@ -140,6 +140,7 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     assert "outside" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("data", "is_simulated"), [("measured", False), ("simulated", True)])
 def test_data_are_simulated_by_their_kind_whatever_the_campaign_is_called(
     folders: list[Path], monkeypatch: pytest.MonkeyPatch, data: str, is_simulated: bool

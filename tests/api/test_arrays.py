@@ -61,6 +61,7 @@ def test_exact_fit_has_a_summary(fitted: ArrayFit) -> None:
     assert "misfit 0.00% of mu (rms); R2" in exact.summary()
 
 
+@pytest.mark.slow
 def test_columns_of_a_frame_may_have_any_index(points: pd.DataFrame, fitted: ArrayFit) -> None:
     shuffled = points.set_index(pd.Index(range(len(points), 0, -1), name="reading"))
     curve_of_point = shuffled.groupby(["P", "U", "T"], sort=False).ngroup()

@@ -77,6 +77,7 @@ def test_columns_are_found_by_name_and_unit(points: pd.DataFrame, dialect: str) 
         np.testing.assert_allclose(read_points[column], points[column], rtol=1e-9, atol=1e-12)
 
 
+@pytest.mark.slow
 def test_every_form_of_table_gives_planted_constants(points: pd.DataFrame, tmp_path: Path) -> None:
     german = in_dialect(points, "german")
     german.to_csv(tmp_path / "a.csv", sep=";", decimal=",", index=False, encoding="cp1252")
@@ -134,6 +135,7 @@ def test_negative_slip_and_its_traction_count_as_positive(points: pd.DataFrame) 
     np.testing.assert_allclose(read_points[[SLIP, MU]], points[[SLIP, MU]], atol=1e-15)
 
 
+@pytest.mark.slow
 def test_without_ball_a_law_of_load_is_fitted_and_said(points: pd.DataFrame) -> None:
     frame = points.assign(load_n=80 * points[CONDITIONS[0]] ** 3).drop(columns=CONDITIONS[0])
     fit = oilfilm.fit_table(frame, **QUICK)

@@ -70,6 +70,7 @@ def digest_of_changed_code(file: Path, old: str, new: str, script: str) -> tuple
         file.write_text(text, encoding="utf-8")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("module", FORMULAS)
 def test_changed_formula_in_settings_or_tables_reruns_the_rules_that_use_it(
     library: Path, module: str

@@ -91,6 +91,7 @@ def test_steps_are_found_only_where_they_are(steps: list[float], seconds: float,
         assert slip[start:stop].mean() == pytest.approx(level, abs=0.002)
 
 
+@pytest.mark.slow
 def test_transient_that_outlasts_the_settling_time_is_measured_and_refused() -> None:
     values = bad_logs.good()
     since_step = np.tile(np.arange(80) / bad_logs.RATE_HZ, 5)

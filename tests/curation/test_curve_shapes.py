@@ -155,6 +155,7 @@ def test_clean_logs_at_six_log_spaced_slips_are_accepted():
     assert told(judged(conditions, SIX_SLIPS)) == {}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damage", "slips", "sentence"),
     [

@@ -335,6 +335,7 @@ def negative(slips: tuple[float, ...]) -> tuple[float, ...]:
     return tuple(-slip for slip in slips)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("parts", "is_rising"),
     [
@@ -401,6 +402,7 @@ def test_two_conditions_in_one_log_are_named(name: str, factor: float) -> None:
     )
 
 
+@pytest.mark.slow
 def test_speed_that_is_off_at_all_slips_is_no_control_of_one_body() -> None:
     values = good((0.0, *SLIPS, 0.0))
     for name in ("ball_speed", "disc_speed"):

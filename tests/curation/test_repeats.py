@@ -141,6 +141,7 @@ def log_of(seed: int, oil: str, digits: int = 4) -> bytes:
     return bad_logs.csv({**values, "load": np.round(values["load"], digits)}, oil=oil)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "oil_of_name",
     [
@@ -167,6 +168,7 @@ def test_copy_is_found_in_whatever_order_the_logs_come(oil_of_name: dict[str, st
         assert refused_as(curated, "duplicate_log") == [max(original, copy)]
 
 
+@pytest.mark.slow
 def test_no_run_is_a_copy_of_a_run_that_is_refused_itself(one_run: CuratedTables) -> None:
     """The middle one of three runs is a copy of both others, which are no copies of each other."""
     measured = repeats(one_run, 3, seed=8)

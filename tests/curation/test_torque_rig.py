@@ -94,6 +94,7 @@ def test_ramps_between_levels_are_no_part_of_them(config, acceleration_rpm_s):
     np.testing.assert_allclose(kept["torque_n_m"], [1, 2, 3], atol=0.02)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", formats.WRITERS)
 def test_columns_with_names_of_their_own_are_found_in_any_format(config, name):
     values = by_quantity(signals())

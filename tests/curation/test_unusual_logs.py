@@ -230,6 +230,7 @@ def with_levels_changed(phases: tuple[float, ...], levels: range, factor: float)
     return values
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("phases", "faulty", "refused"),
     [
@@ -251,6 +252,7 @@ def test_many_faulty_plateaus_refuse(phases: tuple[float, ...], faulty: int, ref
         assert f"{faulty} of the {len(bad)} plateaus" in reason
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "rows"), [(-1, 0), (20, 0), (20, 60)])
 def test_one_steady_plateau_of_impossible_traction_refuses_the_run(factor: int, rows: int) -> None:
     """A plateau that is disturbed for its last second is refused alone."""
@@ -301,6 +303,7 @@ def test_wrong_unit_or_sign_is_named(change: dict[str, float], rule: str, words:
     assert re.search(words, curated.quarantine["reason"].iloc[0])
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("factor", "unit"), [(100, "1"), (1, "%"), nightly(1, "percent")])
 def test_slip_in_percent_or_as_a_fraction_is_named_where_logged(factor: float, unit: str) -> None:
     random, slip = np.random.default_rng(3), np.repeat(SWEEP, HELD)
@@ -355,6 +358,7 @@ def repeat(seed: int, force: float = 1.0) -> Columns:
     return {**values, "traction_force": force * values["traction_force"] + noise}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("logs", "expected"),
     [
@@ -372,6 +376,7 @@ def test_run_that_most_others_contradict_is_refused(
     assert rule.tolist() == expected
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("load_n", "rule"), [(82.2, "duplicate_condition"), (83.0, "duplicate_condition"), (84.5, "")]
 )
@@ -384,6 +389,7 @@ def test_pressure_that_is_rounded_is_the_condition_of_its_load(load_n: float, ru
 # --- true reasons ------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("key", "value"), [("settle_s", 800.0), nightly("window_s", 80.0)])
 def test_time_of_the_settings_that_no_run_can_meet_is_blamed(key: str, value: float) -> None:
     config = CONFIG.with_changes({"curation": {"plateaus": {key: value}}})

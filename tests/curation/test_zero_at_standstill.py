@@ -40,6 +40,7 @@ def reason(curated: CuratedTables) -> str:
 NOISE = 5 * np.sqrt(2) * 0.01 / np.sqrt(50) / LOAD_N + 2e-4
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "run",
     [
@@ -59,6 +60,7 @@ def test_readings_at_standstill_give_the_zero(run: dict[str, Any]) -> None:
     assert largest_error(curated) < NOISE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("values", "rule", "words"),
     [
@@ -87,6 +89,7 @@ def test_linear_drift_of_zero_leaves_no_trace(output: float, per_s: float, last_
 ROLLING = {"levels": (0.0, *LEVELS[1:], 0.0), "still_s": (0.0, 0.0), "ramp_s": 0.0}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("run", "offset_n", "words"),
     [

@@ -235,6 +235,7 @@ def test_order_of_the_oils_breaks_as_an_independent_count_says(judge: Judge) -> 
     assert numbers["turn_gpa"] == pytest.approx(1.4, abs=0.15)
 
 
+@pytest.mark.slow
 def test_without_the_doubtful_oil_the_order_holds_in_part(config: Settings) -> None:
     doubtful = load(REFERENCE, PrintedCoefficients).doubtful
     views = [of_printed(printed(), config), undoubted_evidence(printed(), doubtful, config)]
@@ -570,6 +571,7 @@ def test_claim_about_what_was_not_fitted_or_calculated_cannot_be_checked(judge: 
     assert judge("zero-slip", known).share == 1.0
 
 
+@pytest.mark.slow
 def test_claims_are_judged_on_oils_of_the_paper(
     demo: Campaign, fits: dict[str, pd.DataFrame]
 ) -> None:

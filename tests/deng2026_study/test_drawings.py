@@ -69,6 +69,7 @@ def test_panels_of_figs_7_to_10_are_those_of_the_papers_captions(usual: Draw, na
     assert (drawn["x"].min(), drawn["x"].max()) == ENDS[name]
 
 
+@pytest.mark.slow
 def test_dmn_of_a_bearing_is_beside_the_speeds_of_the_panels(usual: Draw) -> None:
     # dmN = 4 U/pi * 60 * 1000 mm rpm, by hand: U = omega dm/4
     (legend,) = usual("fig09")[0].legends

@@ -226,6 +226,7 @@ def test_exported_function_computes_the_law_and_takes_no_condition_left_out(
     refuse_other_values(evaluate, fit, grid(), tmp_path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("evaluate", [by_c, by_fortran, by_octave, by_python])
 def test_no_value_where_law_has_none(evaluate: Evaluate, fit: Description, tmp_path: Path) -> None:
     save(fit, tmp_path)
@@ -336,6 +337,7 @@ def test_plain_text_can_end_no_comment_or_string(text: str) -> None:
 # ------------------------------------------------------------------------- JSON, CSV, ADORE
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", EVERY_LAW)
 def test_json_and_csv_give_the_same_mu_back(config: Settings, law: str) -> None:
     """As a reader does who has the files alone: power laws, then the equation as it is written."""

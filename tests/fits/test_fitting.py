@@ -295,6 +295,7 @@ def test_exponent_around_zero_has_no_known_sign(refitted: dict[str, CampaignTabl
         assert (verdicts[["A0", "A1", "B3", "C0", "C3"]] == "known").all()
 
 
+@pytest.mark.slow
 def test_joint_interval_is_that_of_the_sign_verdict(refitted: dict[str, CampaignTables]) -> None:
     for fit in refitted.values():
         rows = fit.coefficients

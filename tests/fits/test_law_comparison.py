@@ -172,6 +172,7 @@ def test_figure_of_errors_draws_the_table(quick: Settings, starting: CampaignTab
     assert errors["x"].item() == pytest.approx(row["relative_rms"])
 
 
+@pytest.mark.slow
 def test_traction_without_slip_is_planted(quick: Settings, starting: CampaignTables) -> None:
     starts = mu_at_zero_slip(starting, "4050", STARTS.name, quick)["y"]
     # mu(0) = D - |A| of each condition

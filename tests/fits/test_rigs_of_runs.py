@@ -106,6 +106,7 @@ def test_runs_whose_rigs_are_not_named_are_those_of_one_rig(
         prediction(unnamed, OIL, AT, ANOTHER_RIG_NAME)
 
 
+@pytest.mark.slow
 def test_an_unknown_rig_is_refused_with_those_that_are_known(fit: FittedLaw) -> None:
     with pytest.raises(Exception, match="alpha, beta, gamma"):
         prediction(fit, OIL, AT, "delta")

@@ -24,6 +24,7 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.failed_gates import failed_any_of
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("write", [csv, partial(formats.tdms, keys=KEYS)])
 def test_quantities_logged_twice_are_compared_and_cost_no_row(
     write: Callable[[bad_logs.Columns, Mapping[str, str]], bytes],
@@ -216,6 +217,7 @@ def test_force_that_is_15_times_too_large_is_impossible_and_in_no_unit(drift_n: 
 RIG = "ball-on-disc-20mm"
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("rig", "told"),
     [

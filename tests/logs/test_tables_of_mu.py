@@ -41,6 +41,7 @@ def table(labels: str = LABELS, without: Sequence[str] = (), **others: Any) -> b
     return (labels + rows.to_csv(index=False)).encode()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("labels", "without", "others"),
     [

@@ -241,6 +241,7 @@ def test_gate_closes_at_its_limit(
     assert ("mu" in str(comparison.beyond_limits)) == stopped
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", ["no-such-law", nightly("tanh")])
 def test_tables_that_contradict_each_other_end_in_a_sentence(
     make: Make,
@@ -323,6 +324,7 @@ def of_another_version(
     return copy
 
 
+@pytest.mark.slow
 def test_columns_of_one_version_are_named_and_pass(before: Path, tmp_path: Path) -> None:
     """Versions add columns; every version 1.x compares what another one made."""
     other = of_another_version(before, tmp_path, "runs", lost="warning")
@@ -333,6 +335,7 @@ def test_columns_of_one_version_are_named_and_pass(before: Path, tmp_path: Path)
     assert section.rows == [("runs.colour", "", "there"), ("runs.warning", "there", "")]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("table_name", "lost"), [("runs", "run_id"), ("fit_quality", "configured")]
 )
@@ -434,6 +437,7 @@ def with_kernels(release: Path, folder: Path, kernels: dict[str, Any]) -> Path:
     return copied
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("kernels", "sentence"), OTHER_KERNELS)
 def test_another_kernel_is_named_with_the_differences_that_it_makes(
     release: Path,

@@ -78,6 +78,7 @@ def test_address_that_leads_nowhere_ends_in_a_sentence_without_a_key(
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", ["../../beside.txt", "tables/../../../beside.txt", "/x.txt"])
 def test_path_that_leads_out_of_the_folder_is_refused_and_nothing_is_written(
     storage: Storage, tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]

@@ -121,6 +121,7 @@ def test_anything_that_a_release_is_made_from_changes_its_version(
     assert (before.parent / "latest").readlink() == Path(after.name)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("file", "sentence"),
     [

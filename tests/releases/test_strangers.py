@@ -152,6 +152,7 @@ TOO_MUCH = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", TOO_MUCH)
 def test_table_that_is_too_much_or_deceives_is_no_fit(kind: str, tmp_path: Path) -> None:
     content, options = TOO_MUCH[kind]

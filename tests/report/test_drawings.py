@@ -163,6 +163,7 @@ def test_pictures_look_as_they_did(drawing: Draw, tmp_path: Path, name: str) -> 
     assert message is None
 
 
+@pytest.mark.slow
 def test_figure_of_simulated_data_says_so(drawing: Draw, config: Settings) -> None:
     simulated = {"data": "simulated", "simulated_by": "a program"}
     figure, _ = drawing("curves", config.with_changes({"campaign": simulated}))

@@ -180,6 +180,7 @@ def test_slider_covers_its_range_in_round_steps(low: float, high: float, step: f
     assert axis.steps < 2000
 
 
+@pytest.mark.slow
 def test_header_says_once_where_the_data_are_from(write_of_one_oil: Write, text: str) -> None:
     assert text.count("Measured data") == 1
     assert "SIMULATED data" not in text
@@ -204,6 +205,7 @@ def test_page_of_a_release_says_which(text: str) -> None:
     assert '<dd id="release">v1-0123456789ab</dd>' in with_release(text, "v1-0123456789ab")
 
 
+@pytest.mark.slow
 def test_names_of_users_are_shown_as_they_are_written(write_of_one_oil: Write) -> None:
     refused = {
         **{"file": "mu-run3.csv", "run_id": "mu-run3.csv:um R2", "rule": "stuck", "oil": "mu oil"},

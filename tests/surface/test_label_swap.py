@@ -65,6 +65,7 @@ def test_no_temperature_is_proposed_at_which_the_law_has_no_traction(monkeypatch
     assert (conditions != true[2]).any(axis=1).all()
 
 
+@pytest.mark.slow
 def test_the_exchange_is_not_tried_among_many_runs(monkeypatch):
     surface, *_ = surface_with_labels("own", RING, 47)
     assert likeliest_swap(surface) is not None

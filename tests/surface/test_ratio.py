@@ -99,6 +99,7 @@ def test_order_of_rows_and_of_oils_changes_no_digit(oils, fitted):
     assert back.interval_factors == fitted.interval_factors
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("repeats", [1, 2])
 def test_eight_conditions_claim_no_95_percent_however_often_they_are_repeated(repeats):
     conditions = np.repeat(CORNERS, repeats, axis=0)

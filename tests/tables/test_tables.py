@@ -213,6 +213,7 @@ def test_table_by_another_declaration_is_refused(
         tables.read("points", path)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("in_footer", "every"), [(False, 7), (True, 29)])
 def test_no_flipped_bit_is_read_as_another_number(
     quarantine: pd.DataFrame, tmp_path: Path, in_footer: bool, every: int

@@ -244,6 +244,7 @@ def test_load_based_laws_go_wrong_with_the_ball_size_and_dimensionless_ones_do_n
     assert np.ptp(error["dimensionless_load"]) < 0.2
 
 
+@pytest.mark.slow
 def test_cage_slip_grows_with_speed_and_falls_with_load(config, oils):
     table = cage_slip_table(oils, config)
     assert table["converged"].all()
