@@ -173,6 +173,32 @@ def test_arrays_of_xarray_broadcast_by_the_names_of_their_dimensions() -> None:
     assert float(mu.sel(speed=40)[0]) == float(alone)
 
 
+def test_mu_has_the_coordinates_of_all_arguments_and_the_attributes_of_none() -> None:
+    pressure = xarray.DataArray(
+        [1.0, 1.2], dims="pressure", attrs={"units": "GPa"}, coords={"operator": "a", "rig": "mtm"}
+    )
+    sweep = {"slip": [0.02, 0.1], "step": ("slip", [1, 2]), "operator": "b"}
+    slip = xarray.DataArray([0.02, 0.1], dims="slip", coords=sweep)
+    speed = pint.UnitRegistry().Quantity(40_000.0, "mm/s")
+    mu = known_law("4102").predict_at(pressure, speed, 70, slip).traction_coefficient
+    assert mu.dims == ("pressure", "slip")
+    assert mu.attrs == {}
+    assert mu.name == "traction_coefficient"
+    assert mu.coords["step"].to_numpy().tolist() == [1, 2]
+    assert mu.coords["rig"] == "mtm"
+    # two arguments differ in it
+    assert "operator" not in mu.coords
+    alone = known_law("4102").predict_at(1.2, 40, 70, 0.1).traction_coefficient
+    assert float(mu.isel(pressure=1).sel(slip=0.1)) == float(alone)
+
+
+def test_indices_of_texts_and_numbers_are_compared() -> None:
+    speed = pd.Series([20.0, 30.0], index=[1, "a"])
+    slip = pd.Series([0.05, 0.06], index=["a", 1])
+    with pytest.raises(oilfilm.OilfilmError, match="the same labels in another order"):
+        known_law("4102").predict_at(1.2, speed, 70, slip)
+
+
 @pytest.mark.parametrize(
     ("arguments", "expected"),
     [

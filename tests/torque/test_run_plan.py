@@ -1,20 +1,24 @@
 """Runs that a campaign lacks: levels, corners, repeats and references, in an order by chance."""
 
+import itertools
 import tracemalloc
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from campaigns import rows, without
 from lawless_truths import TRUTHS
-from oilfilm.base.units import FloatArray
+from oilfilm.base.units import BoolArray, FloatArray
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.measurements import LevelWidths, level_numbers, scaled_conditions
 from oilfilm.surface.steadiness import smallest_visible_size
 from oilfilm.surface.surface import fit_surface
 from oilfilm.tables.campaign_tables import CampaignTables
+from oilfilm.torque.lacking_runs import first_runs, lacking_runs
 from oilfilm.torque.operating_grid import Grid, OilFilm
 from oilfilm.torque.run_order import ordering_condition
 from oilfilm.torque.run_plan import MeasuredRuns, RunPlan, plan_runs, run_plan_table
@@ -117,6 +121,59 @@ def test_a_condition_that_was_not_varied_gets_two_levels() -> None:
     # without any slip
     assert set(conditions_of_reason(run_plan, "not_varied")[:, 1]) == {10.0, 45.0}
     assert len(conditions_of_reason(run_plan, "corner")) > 0
+
+
+@pytest.mark.parametrize("tested_speed", [20.0, 22.0, 27.0])
+def test_a_speed_near_the_end_of_the_logarithmic_scale_is_an_end_itself(
+    tested_speed: float,
+) -> None:
+    speeds = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0]
+    # the outer quarter of 1 to 50 m/s begins at 50^(3/4), 18.8 m/s
+    runs = lacking_runs(
+        grid(PRESSURES, (tested_speed,), (25.0, 72.0, 120.0)),
+        [PRESSURES, speeds, TEMPERATURES],
+        lambda conditions: np.ones(len(conditions), dtype=bool),
+    )
+    new_speeds = {float(run.conditions[1]) for run in runs if run.reason == "not_varied"}
+    assert new_speeds == {1.0, float(f"{np.sqrt(tested_speed):.3g}")}
+
+
+def some_of(*levels: float) -> st.SearchStrategy[list[float]]:
+    """At least one of some levels, rising; all of them are further apart than one level is wide."""
+    return st.sets(st.sampled_from(levels), min_size=1).map(sorted)
+
+
+@given(
+    limit=st.floats(20.0, 400.0),
+    pressures=some_of(0.5, 0.8, 1.2, 1.8, 3.0),
+    speeds=some_of(1.0, 5.0, 20.0, 50.0, 100.0),
+    temperatures=some_of(20.0, 45.0, 80.0, 120.0, 150.0),
+)
+def test_first_plan_fills_the_largest_box_whose_corners_can_be_run(
+    limit: float, pressures: list[float], speeds: list[float], temperatures: list[float]
+) -> None:
+    levels = [pressures, speeds, temperatures]
+
+    def can_run(conditions: FloatArray) -> BoolArray:
+        pressure, speed, temperature = conditions.T
+        return np.asarray(pressure * speed + temperature < limit)
+
+    boxes = [
+        box
+        for box in itertools.product(
+            *(itertools.combinations_with_replacement(values, 2) for values in levels)
+        )
+        if can_run(np.array(list(itertools.product(*box)))).all()
+    ]
+    boxes = boxes or [tuple((values[0], values[-1]) for values in levels)]
+    volumes = []
+    for box in boxes:
+        scaled_ends = scaled_conditions(np.array(box).T)
+        volumes.append(np.prod(np.diff(scaled_ends, axis=0) + LevelWidths().scaled()))
+    conditions = np.array([run.conditions for run in first_runs(levels, can_run)])
+    scaled = scaled_conditions(conditions)
+    volume = np.prod(np.ptp(scaled, axis=0) + LevelWidths().scaled())
+    assert volume == pytest.approx(max(volumes), rel=1e-9)
 
 
 def test_missing_corners_come_before_repeats_and_then_nothing_is_lacking() -> None:

@@ -4,6 +4,7 @@ Decides: which arguments of a Python call are combined, and which are refused.
 """
 
 import importlib
+from collections import Counter
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -73,7 +74,7 @@ def _different_indices(
     """The sentence on two columns of pandas with different indices."""
     if len(first_index) != len(other_index):
         difference = f"{len(first_index)} and {len(other_index)} rows"
-    elif first_index.sort_values().equals(other_index.sort_values()):
+    elif Counter(first_index) == Counter(other_index):
         difference = "the same labels in another order"
     else:
         difference = "different labels"
@@ -87,19 +88,17 @@ def _different_indices(
 def _aligned_by_dimensions(arguments: Mapping[str, Any]) -> tuple[dict[str, Any], LabelResult]:
     """As `aligned_arguments`, where an argument is an array of xarray."""
     xarray = importlib.import_module("xarray")
-    arrays = []
+    array_by_argument = {}
     for argument_name, value in arguments.items():
         if hasattr(value, "dims"):
-            arrays.append(value)
-        elif np.ndim(value) == 0:
-            arrays.append(xarray.DataArray(value))
-        else:
+            array_by_argument[argument_name] = value
+        elif np.ndim(value) != 0:
             raise OilfilmError(
                 f"{argument_name}: found an array without names of dimensions beside arrays of "
                 "xarray. Make it an array of xarray, or give `.to_numpy()` of the others."
             )
     try:
-        broadcast_arrays = xarray.broadcast(*xarray.align(*arrays, join="exact"))
+        aligned_arrays = xarray.align(*array_by_argument.values(), join="exact")
     except ValueError as error:
         reason = " ".join(str(error).split())
         argument_names = ", ".join(arguments)
@@ -107,6 +106,16 @@ def _aligned_by_dimensions(arguments: Mapping[str, Any]) -> tuple[dict[str, Any]
             f"{argument_names}: arrays of xarray have different coordinates ({reason}). Give all "
             "of them the same ones."
         ) from None
-    template = broadcast_arrays[0]
-    broadcast_arguments = dict(zip(arguments, broadcast_arrays, strict=True))
-    return broadcast_arguments, lambda array, name: template.copy(data=array).rename(name)
+    broadcast_arrays = xarray.broadcast(*aligned_arrays)
+    broadcast_by_argument = dict(zip(array_by_argument, broadcast_arrays, strict=True))
+    # of coordinates that are no dimension those are left out in which arguments differ
+    coordinates = xarray.merge(
+        [array.coords.to_dataset() for array in broadcast_arrays], compat="minimal"
+    ).coords
+    dimensions = broadcast_arrays[0].dims
+
+    def with_dimensions(array: npt.NDArray[Any], name: str) -> Any:
+        """An array with the dimensions and coordinates of the arguments."""
+        return xarray.DataArray(array, coordinates, dimensions, name)
+
+    return {**arguments, **broadcast_by_argument}, with_dimensions
