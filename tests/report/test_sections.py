@@ -27,6 +27,7 @@ from oilfilm.report.sections.build import (
     laws_section,
     refused_section,
     relative_uncertainty,
+    run_list,
 )
 from oilfilm.report.text import text_report
 from oilfilm.settings.resolved import Settings
@@ -70,6 +71,53 @@ def test_law_is_judged_once_for_oils(
     assert "hyperbolic tangent" in fact.text
     assert "law: tanh" in fact.advice
     assert best.text.startswith(f"{OILS[2]}: ")
+
+
+def test_wang_deng_is_explained_where_it_is_compared(
+    results: CampaignTables, demo_config: Settings
+) -> None:
+    for law, is_explained in (("wang-deng-load", True), ("tanh", False)):
+        quality = rows("fit_quality", {"oil": OILS[0], "law": law, "configured": True})
+        facts = laws_section(results.replace(fit_quality=quality), demo_config).facts
+        assert any("Wang-Deng here" in fact.text for fact in facts) == is_explained
+
+
+def test_a_remark_on_the_run_sheet_refuses_no_log(
+    results: CampaignTables, config: Settings
+) -> None:
+    of_file = {"file": "two.tdms", "stage": "ingest", "reason": "-", "advice": "-"}
+    quarantine = rows(
+        "quarantine",
+        {**of_file, "rule": "sheet_row_unmatched"},
+        {**of_file, "run_id": "two.tdms:1", "rule": "columns"},
+    )
+    facts = refused_section(results.replace(quarantine=quarantine), config).facts
+    text = " ".join(fact.text for fact in facts)
+    assert "columns 1" in text
+    assert "sheet row unmatched" not in text
+
+
+def test_runs_lead_to_their_own_signals_or_points() -> None:
+    page = {"rule": "stuck", "reason": "-", "advice": "-"}
+    shown = CampaignTables.from_frames(
+        runs=rows(
+            "runs",
+            {"run_id": "1", "file": "june/1", "verdict": "accepted"},
+            {"run_id": "2", "file": "june/2", "verdict": "refused"},
+            {"run_id": "3", "file": "june/3", "verdict": "refused"},
+        ),
+        points=rows("points", {"run_id": "1", "accepted": True}),
+        refused_pages=rows(
+            "refused_pages",
+            # a torque run of the same name
+            {**page, "run_id": "1", "file": "june-torque/1", "page": "torque.png"},
+            {**page, "run_id": "2", "file": "june/2", "page": "traction.png"},
+            {**page, "run_id": "3", "file": "june/3", "page": ""},
+        ),
+    )
+    runs = run_list(shown, 9)
+    link_of_run = dict(zip((row[0] for row in runs.rows), runs.links, strict=True))
+    assert link_of_run == {"1": "#run?name=1", "2": "#refused-traction", "3": ""}
 
 
 def test_film_and_too_few_runs_are_trouble(results: CampaignTables, config: Settings) -> None:
@@ -242,7 +290,7 @@ def test_name_from_a_log_can_begin_no_sentence_of_its_own() -> None:
 def test_question_of_a_sentence_keeps_its_mark_and_is_said_once() -> None:
     quality = {"law": "deng2026", "no_fit": "no traction", "fixed_conditions": ""}
     unfitted = [{"oil": "4010", "certificate": certificate_sentence(quality)}]
-    nothing: dict[str, list[str]] = {"fitted": [], "misfits": [], "unrepeated": []}
+    nothing: dict[str, list[str]] = {"fitted": [], "misfits": [], "without_pure_error": []}
     texts = [
         fact.text
         for fact in facts_from_template(

@@ -328,8 +328,8 @@ def _two_levels(
     """Two new levels of a condition that has only one.
 
     They are the ends of the levels that can be run. If the tested level is near an end itself, they
-    are the other end and the level in the middle between both. A level can be run if the rig can run it at all corners of the
-    other conditions. There may be fewer than two.
+    are the other end and the level in the middle between both. A level can be run if the rig can
+    run it at all corners of the other conditions. There may be fewer than two.
     """
     tested_level = float(np.median(tested_levels.levels_of_condition[condition_index]))
     corners = corners_of(tested_levels.lowest, tested_levels.highest)

@@ -91,7 +91,8 @@ def fits_section(results: CampaignTables) -> Section:
         odd_curves=_odd_curves(results.configured_fits.curve_residuals),
         same_gain=_GAIN_OF_OTHER_SHAPE,
         misfits=tables.rows(lack_of_fit),
-        unrepeated=tables.rows(lack_of_fit[lack_of_fit["verdict"] == "no repeats"]),
+        # no run is repeated, or repeats do not tell noise and lack of fit apart
+        without_pure_error=tables.rows(lack_of_fit[lack_of_fit["verdict"] == "no repeats"]),
     )
     shown_tables = [
         show_table(quality.join(relative_uncertainty(results), on="oil"), "fit_quality"),
@@ -131,11 +132,12 @@ def _odd_curves(residuals: pd.DataFrame) -> dict[str, list[dict[str, Any]]]:
 
 
 def relative_uncertainty(results: CampaignTables) -> pd.DataFrame:
-    """Half of the 95 % interval of the next run's mu, over mu, at the accepted points of each oil.
+    """Half of the interval of the next run's mu, over mu, at the accepted points of each oil.
 
-    Columns `median` and `largest` by oil; `largest` is the 95 % quantile over the points. Null
-    where the fit has no interval. Points near pure rolling are left out, because their mu is nearly
-    zero. So are those of curves that the fit leaves out, because a condition is not known.
+    The level is 95 %, or the largest one that the surface has. Columns `median` and `largest` by
+    oil; `largest` is the 95 % quantile over the points. Null where the fit has no interval. Points
+    near pure rolling are left out, because their mu is nearly zero. So are those of curves that the
+    fit leaves out, because a condition is not known.
     """
     quantiles_by_oil = {}
     for oil in results.configured_fits.fit_quality["oil"]:
@@ -309,8 +311,10 @@ def _constants_table(coefficients: pd.DataFrame, name: str) -> ShownTable:
 
 def laws_section(results: CampaignTables, settings: Settings) -> Section:
     """The best law of each oil, what to do, and the errors of all laws side by side."""
-    # the comparison of laws on simulated data of such a truth always needs this sentence
-    tie = f"Wang-Deng here: {_TIE_BY_CONSTRUCTION}" if settings.campaign.truth_is_law else ""
+    # beside Wang-Deng, simulated data of such a truth always need this sentence
+    compares_wang_deng = results.fit_quality["law"].str.startswith("wang-deng").any()
+    is_tied = settings.campaign.truth_is_law and compares_wang_deng
+    tie = f"Wang-Deng here: {_TIE_BY_CONSTRUCTION}" if is_tied else ""
     facts_on_laws = law_facts(results.law_verdicts, results.fit_quality, tie)
     verdict_table = show_table(results.law_verdicts, "law_verdicts")
     error_table = show_table(results.fit_quality, "comparison")
@@ -471,8 +475,9 @@ def first_cases(quarantine: pd.DataFrame) -> list[dict[str, object]]:
 
 def _rules_of_unread_logs(results: CampaignTables) -> "pd.Series[str]":
     """The rule that refused each log of which no run could be read."""
-    is_unread = results.quarantine["file"].isin(names_of_unread_logs(results))
-    return results.quarantine[is_unread].drop_duplicates("file")["rule"]
+    refusals = results.quarantine[~results.quarantine["rule"].isin(REMARK_RULES)]
+    is_unread = refusals["file"].isin(names_of_unread_logs(results))
+    return refusals[is_unread].drop_duplicates("file")["rule"]
 
 
 def _count_by_gate(counts: "pd.Series[int]") -> dict[str, int]:
@@ -482,16 +487,16 @@ def _count_by_gate(counts: "pd.Series[int]") -> dict[str, int]:
 
 def bearing_section(results: CampaignTables, settings: Settings) -> Section:
     """Torque logs, errors of the torque, share of traction, heat; empty without torque logs."""
-    runs = results.torque_runs
+    # a run has one row per plateau in this table, a refused run none
+    plateaus = results.torque_runs
     refusals = results.torque_quarantine
     torque = results.torque
-    if runs.empty and refusals.empty:
+    if plateaus.empty and refusals.empty:
         return Section("bearing", "Bearing")
-    kept_logs = set(runs["file"])
-    # a refused run has no row in the table of runs
+    kept_logs = set(plateaus["file"])
     read_logs = kept_logs | set(refusals.loc[refusals["stage"] == "curate", "file"])
     all_logs = read_logs | set(refusals.loc[~refusals["rule"].isin(REMARK_RULES), "file"])
-    without_torque = runs[runs["accepted"] & ~runs["oil"].isin(torque["oil"])]
+    without_torque = plateaus[plateaus["accepted"] & ~plateaus["oil"].isin(torque["oil"])]
     converged = torque[torque["converged"]]
     with_one_motion = drop_bistable_plateaus(converged)
     plateau_key = ["run_id", "first_row"]
@@ -500,9 +505,9 @@ def bearing_section(results: CampaignTables, settings: Settings) -> Section:
         kept=len(kept_logs),
         read=len(read_logs),
         logs=len(all_logs),
-        plateaus=runs,
+        plateaus=plateaus,
         limits_gpa=settings.bearing.pressure_limits_gpa,
-        refused_plateaus=_count_by_gate(failed_gates.refusal_counts(runs)),
+        refused_plateaus=_count_by_gate(failed_gates.refusal_counts(plateaus)),
         cases=first_cases(refusals),
         not_calculated=without_torque["oil"].value_counts().to_dict(),
         torque=torque,
@@ -700,13 +705,14 @@ _RUN_LIST_COLUMNS = ("run_id", "oil", "rig", *NOMINAL_COLUMNS, "verdict", "rule"
 def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     """One row per run with its conditions and verdict, refused ones first.
 
-    The first cell is a link to the run's operating point in the chart, or to its signals.
+    The first cell is a link to the signals of a refused run, or to the run's operating point in the
+    chart. A run that has neither has no link.
 
     Args:
         results: Tables `runs`, `points` and `refused_pages`.
         rows_max: Largest number of rows that are shown.
     """
-    runs = results.table("runs", _RUN_LIST_COLUMNS)
+    runs = results.table("runs", [*_RUN_LIST_COLUMNS, "file"])
     runs = runs.assign(refused=runs["verdict"] != "accepted")
     runs = runs.sort_values("refused", ascending=False, kind="stable")
     points_of_run = pd.concat(
@@ -718,14 +724,17 @@ def run_list(results: CampaignTables, rows_max: int) -> ShownTable:
     rows = runs.assign(passed=passed_texts, why=runs["rule"]).dropna(axis="columns", how="all")
     table = show_table(rows, "run-list", rows_max=rows_max)
     with_page = results.refused_pages[results.refused_pages["page"] != ""]
-    # a torque run may have the same name: its page comes later
-    page_by_run = with_page.drop_duplicates("run_id").set_index("run_id")["page"]
+    # a torque run may have the same name
+    file_and_run = ["file", "run_id"]
+    page_by_run = with_page.drop_duplicates(file_and_run).set_index(file_and_run)["page"].to_dict()
     links = []
-    for run_id in runs["run_id"][:rows_max]:
-        if run_id in page_by_run.index:
-            links.append(f"#refused-{page_by_run[run_id].removesuffix('.png')}")
+    shown_runs = runs.assign(accepted_points=counts["sum"].to_numpy())[:rows_max]
+    for file, run_id, accepted_points in shown_runs[[*file_and_run, "accepted_points"]].to_numpy():
+        page = page_by_run.get((file, run_id))
+        if page is not None:
+            links.append(f"#refused-{page.removesuffix('.png')}")
         else:
-            links.append(f"#run?name={quote(run_id)}")
+            links.append(f"#run?name={quote(run_id)}" if accepted_points else "")
     return replace(table, links=links)
 
 
