@@ -97,6 +97,27 @@ def test_columns_and_set_points_are_shown(
     assert not {"load_off_nominal", "temperature_off_nominal"} & set(reason_by_gate)
 
 
+def test_load_follows_by_hertz_from_the_pressure_of_the_campaign_file(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    shutil.copytree(ROOT / "config", tmp_path / "config")
+    stated = {"max_hertz_pressure_gpa": 1.25}
+    write_campaign(tmp_path, "pressure", laboratory_campaign() | {"set_points": stated})
+    (tmp_path / "log.csv").write_bytes(csv(max_hertz_pressure_gpa=None))
+    options = "--config", tmp_path / "config", "--campaign", "pressure"
+    (log,) = checked(capsys, tmp_path / "log.csv", *options)
+    set_points = log["runs"][0]["set_points"]
+    assert set_points["max_hertz_pressure_gpa"] == {"value": 1.25, "source": "campaign"}
+    assert set_points["load_n"]["source"] == "by Hertz"
+
+
+def test_nothing_is_read_of_a_file_of_unknown_format(tmp_path: Path) -> None:
+    (tmp_path / "photo.csv").write_bytes(b"\xff\xd8\xff\xe0" + bytes(range(256)) * 4)
+    text = oilfilm.check(tmp_path / "photo.csv", config=LABORATORY).summary()
+    assert "REFUSED" in text
+    assert "Read as" not in text
+
+
 def test_folder_of_a_log_says_its_kind(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     # a project may have the name of its campaign
     project = tmp_path / "laboratory"

@@ -17,7 +17,12 @@ import formats
 from bad_logs import CONFIG
 from oilfilm.logs import ingest, raw_files
 from oilfilm.logs.base import ParsedLog, UnreadableLogError
-from oilfilm.logs.header import misspelt_key_problem, project_header, with_default_rig_and_oil
+from oilfilm.logs.header import (
+    misspelt_key_problem,
+    project_header,
+    project_key_and_text,
+    with_default_rig_and_oil,
+)
 from oilfilm.logs.ingest import ingest_logs, read_log, unpack
 from oilfilm.logs.text_rows import seconds_of_stamps
 from oilfilm.settings.resolved import Settings
@@ -171,7 +176,7 @@ REFUSED = {
     ),
     "two columns of one name": (
         log([*NAMES, "Load"], [*UNITS, "N"], [[*row, "82"] for row in ROWS]),
-        "'load' and 'Load' are both the quantity 'load'",
+        "'load' and 'Load' are the same quantity 'load'",
     ),
     "hours or minutes": (
         log(rows=timed("10:15", "10:16")),
@@ -382,6 +387,23 @@ def test_log_that_names_another_oil_is_not_filed_under_the_only_one(key: str) ->
     assert (
         with_default_rig_and_oil({"oil_temperature_c": "70", "oil_flow": "2"}, ONE_OIL)["oil"]
         == "4050"
+    )
+
+
+def test_key_like_that_of_the_oil_refuses_no_log_that_names_the_oil() -> None:
+    listed = CONFIG.with_changes({"campaign": {"header": {"oil": ["Sample"]}}})
+    for line, rules in (("# Sample: 4102\n", []), ("", ["header"])):
+        log = f"{line}# Samples: 12000\n".encode() + bad_logs.ROWS
+        reading = read_log(log, "log", listed)[1]
+        assert [refusal.rule for refusal in reading.refusals] == rules
+
+
+@pytest.mark.parametrize("key", ["load_(_kn_)", "load_[_kn_]", "load_[kn]"])
+def test_blanks_within_the_brackets_of_a_unit_change_nothing(key: str) -> None:
+    assert project_key_and_text(key, "0.08", {}, ".") == ("load_n", "80")
+    assert project_key_and_text("entrainment_speed_[m_/_s]", "20", {}, ".") == (
+        "entrainment_speed_m_s",
+        "20",
     )
 
 

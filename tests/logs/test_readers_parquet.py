@@ -132,7 +132,7 @@ def test_other_columns_of_any_type_are_not_read_and_doubled_ones_refused(read) -
     assert len(read(formats.parquet_file(table)).runs[0]) == 40
     twice = table.append_column("Load", arrow.array(VALUES["load"]))
     (refusal,) = read(formats.parquet_file(twice)).refusals
-    assert "'load' and 'Load' are both the quantity 'load'" in refusal.reason
+    assert "'load' and 'Load' are the same quantity 'load'" in refusal.reason
 
 
 def test_table_of_oilfilm_itself_is_refused(read, tmp_path: Path) -> None:

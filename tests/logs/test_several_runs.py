@@ -227,6 +227,15 @@ def test_header_lines_that_name_two_oils_of_the_campaign_refuse_the_log(header: 
     assert (reading.runs, [refusal.rule for refusal in reading.refusals]) == ([], ["unknown_oil"])
 
 
+def test_empty_header_lines_name_no_oil_and_no_rig() -> None:
+    (run,) = read(csv({}, "# oil:\n# rig:\n# lubricant: 4102")).runs
+    assert (run.oil_name, run.rig_name) == ("4102", next(iter(CONFIG.rigs)))
+    groups = [formats.GroupObject("a", {"oil": ""}), formats.GroupObject("b", {"Oil": "4050"})]
+    channels = [channel for name in "ab" for channel in formats.tdms_channels(name, VALUES)]
+    content = formats.tdms_file([formats.RootObject({"oil": "4102"}), *groups, *channels])
+    assert [run.oil_name for run in read(content, "tdms").runs] == ["4102", "4050"]
+
+
 def test_header_line_that_describes_the_oil_contradicts_nothing() -> None:
     (run,) = read(csv({}, "# oil: 4102\n# oil_type: mineral\n# lubricant: 4102")).runs
     assert run.oil_name == "4102"

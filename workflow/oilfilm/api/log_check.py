@@ -34,10 +34,11 @@ from oilfilm.curation.torque_rig import TorqueRig, radial_load_warnings
 from oilfilm.curation.traction_rig import TractionRig
 from oilfilm.logs.base import LOAD_KEYS, NO_INTERPRETATION, READING_NOTE, SET_POINT_KEYS
 from oilfilm.logs.first_seen import FirstSeenDigests
-from oilfilm.logs.ingest import LogSummary, ingest_logs, read_bytes
+from oilfilm.logs.ingest import UNKNOWN_FORMAT, LogSummary, ingest_logs, read_bytes
 from oilfilm.logs.raw_files import log_names_and_faults, raw_log_names
 from oilfilm.logs.run_sheet import RunSheet
 from oilfilm.logs.sheet_file import is_run_sheet_of_any_campaign, sheet_of_paths
+from oilfilm.settings.campaign import SetPoints
 from oilfilm.settings.resolve import campaign_names, resolve
 from oilfilm.settings.resolved import Settings
 from oilfilm.surface.shape import FEWEST_CURVES
@@ -66,7 +67,7 @@ _COLUMN_HEADS = ["Column", "Unit", "Read as", "Unit", "Smallest", "Largest", "Nu
 # Key of what concerns the whole file, where problems are listed by run.
 _FILE_KEY = ""
 _RIG_CLASSES: tuple[type[RigKind], ...] = (TractionRig, TorqueRig)
-# Names of the rules whose faults may only follow from a fault by another rule, by its name.
+# Rule of a cause -> rules whose faults may only follow from it.
 CONSEQUENCES_BY_CAUSE: Mapping[str, frozenset[str]] = {
     cause: frozenset(rules.split()) for cause, rules in RULES["causes"].items()
 }
@@ -83,7 +84,7 @@ class CheckedLogs:
     Attributes:
         logs: What was found in each log, as plain values: what `oilfilm check --json` prints.
         campaign: The campaign by whose columns, rig and limits they were judged.
-        notes: What its user must know beside the verdicts, in sentences.
+        notes: What whoever reads the verdicts must know, too, in sentences.
         points: Accepted steady points of traction logs, one row per point, as the table `points`
             of a campaign: conditions, `slide_roll_ratio` and `traction_coefficient`, both with
             their signs.
@@ -418,7 +419,11 @@ def _report_on_run(
     run_report["accepted_plateaus"] = run["accepted_points"]
     run_report["columns"] = [asdict(column) for column in interpretation.columns]
     run_report["unused_columns"] = [name for name in interpretation.unused_names if name]
-    run_report["set_points"] = _set_point_values(run, source_by_key) if is_traction else {}
+    run_report["set_points"] = {}
+    if is_traction:
+        run_report["set_points"] = _set_point_values(
+            run, source_by_key, settings.campaign.set_points
+        )
     run_report["measured"] = ranges.set_axis(["minimum", "maximum"]).to_dict()
     run_report["failed_gates"] = list(_failed_gate_reports(points, rig_class))
     run_report["gates_not_applied"] = list(
@@ -427,23 +432,30 @@ def _report_on_run(
     return run_report
 
 
-def _set_point_values(run: Mapping[str, Any], source_by_key: Mapping[str, str]) -> JsonObject:
-    """Value and source of each set point; None where there is none."""
+def _set_point_values(
+    run: Mapping[str, Any], source_by_key: Mapping[str, str], campaign_set_points: SetPoints
+) -> JsonObject:
+    """Value and source of each set point; None where there is none.
+
+    Args:
+        run: Row of the table `runs`.
+        source_by_key: Source of what the log or the run sheet states, by key of the header.
+        campaign_set_points: What the campaign file states.
+    """
     # the load has one set point, as force or as pressure; the other one follows by Hertz
-    load_is_given = not LOAD_KEYS.isdisjoint(source_by_key)
+    is_load_of_log = not LOAD_KEYS.isdisjoint(source_by_key)
     set_points: JsonObject = {}
     for key in SET_POINT_KEYS:
         value = run[f"nominal_{key}"]
-        source_without_header = (
-            _FROM_HERTZ if load_is_given and key in LOAD_KEYS else _FROM_CAMPAIGN
-        )
         if pd.isna(value):
             set_points[key] = None
+            continue
+        is_stated_by_campaign = getattr(campaign_set_points, key) is not None
+        if key in LOAD_KEYS and (is_load_of_log or not is_stated_by_campaign):
+            source_without_log = _FROM_HERTZ
         else:
-            set_points[key] = {
-                "value": value,
-                "source": source_by_key.get(key, source_without_header),
-            }
+            source_without_log = _FROM_CAMPAIGN
+        set_points[key] = {"value": value, "source": source_by_key.get(key, source_without_log)}
     return set_points
 
 
@@ -511,7 +523,10 @@ def _has_what_gate_needs(
 
 
 def reports_text(log_reports: Sequence[JsonObject]) -> str:
-    """The text of the reports on logs; only long names make it wider than `TEXT_WIDTH` columns."""
+    """The text of the reports on logs.
+
+    Only long names and lists of oils and rigs make it wider than `TEXT_WIDTH` columns.
+    """
     lines: list[str] = []
     is_brief = len(log_reports) > _MAX_DETAILED_LOGS
     shared_notes = _shared_notes(log_reports)
@@ -705,7 +720,12 @@ def _wrapped_lines(text: str, indent: str) -> list[str]:
 
 
 def _reading_lines(log_report: JsonObject) -> Iterator[str]:
-    """How a log was understood: format, columns, conditions, gates that could not be applied."""
+    """How a log was understood: format, columns, conditions, gates that could not be applied.
+
+    Nothing, where its format is not known.
+    """
+    if log_report["format"] == UNKNOWN_FORMAT:
+        return
     format_facts = [log_report["format"]]
     if log_report["encoding"]:
         format_facts.append(log_report["encoding"])

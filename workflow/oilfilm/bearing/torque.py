@@ -156,7 +156,12 @@ def _quadrature_error(equilibrium: FrictionEquilibrium) -> FloatArray:
     ring_speed_rad_s = problem.points.ring_speed_rad_s
     finer_rule = problem.rule.finer()
     sliding_state = sliding_in_ellipses(
-        problem.bearing, balance.contacts, balance.motion, ring_speed_rad_s, finer_rule
+        problem.bearing,
+        balance.contacts,
+        balance.motion,
+        ring_speed_rad_s,
+        finer_rule,
+        problem.bands[..., 2:],
     )
     traction_factor = problem.lubrication.traction_factor
     finer_traction = traction_in_ellipses(
@@ -250,7 +255,10 @@ def _beyond_range_indicator(
 
 
 def _weighted_mean(values: FloatArray, weights: FloatArray) -> FloatArray:
-    """Weighted mean of each point, shape (points,); 0 where all weights are 0."""
+    """Weighted mean of each point, shape (points,).
+
+    Where all weights are 0 it is 0, or the value that is nearest to 0.
+    """
     axes = tuple(range(1, values.ndim))
     sum_of_weights = np.broadcast_to(weights, values.shape).sum(axis=axes)
     weighted_sum = (values * weights).sum(axis=axes)

@@ -14,5 +14,6 @@ def run(options: argparse.Namespace) -> int:
     checked = oilfilm.check(*options.logs, campaign=options.campaign, config=options.config)
     print("\n".join(map(json_line, checked.logs)) if options.json else checked.summary())
     for note in checked.notes:
-        print(textwrap.fill(note, TEXT_WIDTH, break_on_hyphens=False), file=sys.stderr)
+        lines = textwrap.wrap(note, TEXT_WIDTH, break_long_words=False, break_on_hyphens=False)
+        print("\n".join(lines), file=sys.stderr)
     return int(not checked.accepted)

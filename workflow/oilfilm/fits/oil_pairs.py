@@ -113,7 +113,7 @@ def limits_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> SurfaceLi
 
 
 def assumptions_of_pair(first_oil: MeasuredOil, second_oil: MeasuredOil) -> RunAssumptions:
-    """What is known of the runs of both oils, of those that have a surface.
+    """What is known of the runs of two oils. An oil without a surface says nothing of its runs.
 
     The rigs of the runs are left out.
     """

@@ -1,6 +1,6 @@
 """Errors of the constants: by the Jacobian, a bootstrap over curves, calibration, and profiles.
 
-Decides: the standard errors of constants, by bootstrap or, below 20 curves, cluster-robust; their
+Decides: the standard errors of constants, by bootstrap or, with few curves, cluster-robust; their
 errors from the calibration of the rig.
 """
 
@@ -274,7 +274,9 @@ def _points_with_shifted_sensors(points: pd.DataFrame) -> list[pd.DataFrame]:
 
 
 class Profiles(NamedTuple):
-    """Profile of each free constant; shapes (free, levels), ascending, the optimum in the middle.
+    """Profile of each free constant; shapes (free, values), the optimum in the middle.
+
+    Values do not fall along a profile. Those at a bound are repeated.
 
     Attributes:
         held_values: Internal values at which the constant is held.

@@ -54,7 +54,7 @@ UNIT_BY_PLAIN_KEY = {
 }
 # A number whose only mark may be a decimal mark or one between thousands, as 1.250.
 _NUMBER_WITH_ONE_GROUP = re.compile(r"[1-9]\d{0,2}[.,]\d{3}")
-# No test is hotter or faster. A larger number has no mark between thousands.
+# No test is hotter or faster. A mark that would make a larger number is none between thousands.
 _LARGEST_LIKELY_SET_POINT = {"inlet_temperature_c": 1000.0, "entrainment_speed_m_s": 1000.0}
 # A decimal mark may be the last sign of a number, as in `80. N`.
 _NUMBER_AND_UNIT = re.compile(r"([-+.,\d]*\d[.,]?(?:[eE][-+]?\d+)?)\s*(.*)")
@@ -99,8 +99,8 @@ def project_header(
 ) -> dict[str, str]:
     """Key of the project -> text, from header lines: set points in its units, the oil by its id.
 
-    A line such as `lubricant` names the oil where no line `oil` does. Where it names another oil of
-    the campaign than the line used, both are given.
+    A line such as `lubricant` names the oil where no line `oil` does. Where both name oils of the
+    campaign, and different ones, both are given. An empty line names no oil and no rig.
 
     Two lines with the same meaning and different values give both values. Such a text is neither
     a number nor an oil, and the log is refused.
@@ -117,7 +117,9 @@ def project_header(
         if key == "oil":
             project_text = oil_id(project_text, settings)
         keys_and_texts.append((key, project_text))
-    text_of_key = joined_texts(keys_and_texts)
+    text_of_key = joined_texts(
+        (key, text) for key, text in keys_and_texts if text or key not in ("oil", "rig")
+    )
     oil_texts = [
         oil_id(text, settings) for key, text in text_of_key.items() if oil_synonym_key({key: text})
     ]
@@ -148,7 +150,8 @@ def header_of_part(
 ) -> dict[str, str]:
     """Header key -> text for a part of a file: the header of the file, then its own header lines.
 
-    The oil of the part replaces that of the file, whatever the lines are called.
+    The oil of the part replaces that of the file, whatever the lines are called; only names that
+    the campaign file lists are not known here. An empty line of the part replaces nothing.
 
     Args:
         text_of_file_key: Header key of the file -> its text.
@@ -159,7 +162,10 @@ def header_of_part(
         text_of_key = {
             key: text for key, text in text_of_key.items() if not states_oil({key: text})
         }
-    return text_of_key | dict(text_of_own_key)
+    own_texts = {
+        key: text for key, text in text_of_own_key.items() if text or key not in text_of_key
+    }
+    return text_of_key | own_texts
 
 
 def key_by_listed_name(settings: Settings) -> dict[str, str]:
@@ -230,6 +236,8 @@ def _set_point_key_and_unit(logged_key: str, key_by_name: Mapping[str, str]) -> 
     project, are in the unit of the key.
     """
     bare_key, text_in_brackets = split_bracketed_unit(logged_key)
+    # `plain_key` makes underscores of the blanks in `[ m / s ]`
+    text_in_brackets = text_in_brackets.strip("_").replace("_/_", "/")
     unit_in_brackets = UNIT_BY_PLAIN_KEY.get(text_in_brackets, text_in_brackets)
     for set_point_key, (quantity, set_point_unit) in QUANTITY_AND_UNIT_OF_SET_POINT.items():
         if set_point_key in (logged_key, key_by_name.get(logged_key)):
@@ -326,14 +334,15 @@ def oil_synonym_key(text_of_key: Mapping[str, str]) -> str | None:
 
 
 def states_oil(text_of_key: Mapping[str, str]) -> bool:
-    """Whether a header line names the oil, as `oil` or by another word."""
-    return "oil" in text_of_key or oil_synonym_key(text_of_key) is not None
+    """Whether a header line names the oil, as `oil` or by another word; an empty one does not."""
+    return bool(text_of_key.get("oil")) or oil_synonym_key(text_of_key) is not None
 
 
 def misspelt_key_problem(text_of_key: Mapping[str, str], settings: Settings) -> Refusal | None:
-    """The refusal of a key that looks like a misspelt one, of a set point that has no value.
+    """The refusal of a key like that of a set point, or of the oil, that has no value.
 
-    Values come from the log or the campaign file.
+    Such a key is probably misspelt. Values come from the log or the campaign file. The only oil of
+    a campaign may be one that the log does not name.
     """
     keys_with_value = set(text_of_key) | set(
         settings.campaign.set_points.model_dump(exclude_none=True)
@@ -341,8 +350,8 @@ def misspelt_key_problem(text_of_key: Mapping[str, str], settings: Settings) -> 
     # the load has one set point, as force or as pressure
     if keys_with_value & LOAD_KEYS:
         keys_with_value |= LOAD_KEYS
-    # it may be the only oil of the campaign, not one that the log names
-    keys_with_value.discard("oil")
+    if len(settings.oils) == 1:
+        keys_with_value.discard("oil")
     key_by_name: dict[str, str] = {}
     for key, (quantity, _) in QUANTITY_AND_UNIT_OF_SET_POINT.items():
         key_by_name[key] = key

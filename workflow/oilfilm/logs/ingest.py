@@ -70,6 +70,8 @@ READERS: dict[str, Reader] = {
     "mat": matlab,
     "csv": delimited_text,
 }
+# Name of the format of a file that no reader recognises.
+UNKNOWN_FORMAT = "none"
 # First bytes of files that are no logs -> what they are.
 DESCRIPTION_OF_FIRST_BYTES = {
     b"PK\x03\x04": "a zip archive: unpack it",
@@ -310,7 +312,7 @@ def read_log(
     Raises:
         RuntimeError: The reader lost a row.
     """
-    format_name = "none"
+    format_name = UNKNOWN_FORMAT
     try:
         unpacked = unpack(content)
         format_name = recognised_format(unpacked) or format_name

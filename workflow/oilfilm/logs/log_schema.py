@@ -219,9 +219,9 @@ class Vocabulary:
                 ]
                 logged_in_words = " and ".join(repr(name[:60]) for name in names_of_quantity)
                 raise ValueError(
-                    f"the columns {logged_in_words} are both the quantity {quantity!r} and hold "
+                    f"the columns {logged_in_words} are the same quantity {quantity!r} and hold "
                     f"different numbers; list the one that counts under `{self.columns_key}` of "
-                    "the campaign file, or rename the other"
+                    "the campaign file, or rename the others"
                 )
         chosen_alternative = self._chosen_alternative(
             count_of_quantity.keys() | unneeded_quantities
@@ -383,10 +383,11 @@ class UsableRows:
     Attributes:
         run_id: Unique name of the run.
         text_of_key: Header key -> its text.
-        columns: As `Vocabulary.columns_of_run` gave them.
+        columns: Columns of the run, without spare ones that hold no numbers.
         row_numbers: Row numbers in the log, shape (n,).
         values_of_quantity: Quantity -> numbers in the units of `columns`, each of shape (n,).
-        refusal: Why the run cannot be used by what its rows show; None where it can.
+        refusal: Why the run cannot be used: by what its rows show, or because the run sheet leaves
+            it out; None where it can.
         interpretation: How its columns and header were interpreted.
     """
 

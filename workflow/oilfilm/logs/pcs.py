@@ -74,7 +74,7 @@ class _Step:
 
 
 def recognises(first_bytes: bytes) -> bool:
-    """True where the first lines have a PCS step, or the title of a PCS file above no table."""
+    """True where the first lines have a PCS step, or the title of a PCS file and no table below."""
     text = first_bytes.decode("utf-8-sig", "replace")
     lines = text.splitlines()[:_LINES_SEARCHED]
     return any(_STEP.match(line) for line in lines) or _has_title(lines)
@@ -103,15 +103,16 @@ def tables(content: bytes, vocabulary: Vocabulary) -> TablesOfFile:
     if encoding not in {"ascii", "utf-8"}:
         encoding = "cp1252"
     text = content.decode(encoding, "replace").removeprefix("\ufeff")
-    steps = list(_steps(re.split("\r\n|\r|\n", text)))
+    lines = re.split("\r\n|\r|\n", text)
+    steps = list(_steps(lines))
     if vocabulary.name != "traction":
         reason = f"the file is an export of a PCS traction rig, not a {vocabulary.name} log"
         advice = "Move it to the folder of the campaign's traction logs."
         raise base.UnreadableLogError(reason, advice, sum(len(step.row_lines) for step in steps))
     run_names = base.distinct_names(f"step{step.number:03d}" for step in steps)
-    is_cut = not text.endswith(("\n", "\r"))
+    # the last line is empty where all have a line end
     logged_tables = [
-        _table(step, run_name, is_cut and step is steps[-1])
+        _table(step, run_name, step is steps[-1] and step.row_lines[-1] == lines[-1])
         for step, run_name in zip(steps, run_names, strict=True)
         if step.row_lines
     ]
@@ -146,13 +147,13 @@ def _steps(lines: Iterable[str]) -> Iterator[_Step]:
         yield step
 
 
-def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
+def _table(step: _Step, run_name: str, has_cut_row: bool) -> LoggedTable:
     """A step as a table: the sampled columns with the surface speeds, then the other columns.
 
     Args:
         step: The step.
         run_name: Name of the run in the file.
-        is_cut: Whether the last row has no line end.
+        has_cut_row: Whether the last row has no line end.
     """
     index_of_column = _index_of_column(step.names)
     cells_by_row = [row.split("\t") for row in step.row_lines]
@@ -188,7 +189,7 @@ def _table(step: _Step, run_name: str, is_cut: bool) -> LoggedTable:
     names = [*sampled_names, *other_names]
     # only compared with the number of names; 0 would say that the last row has a line end
     missing_cell_count = len(step.names) - len(cells_by_row[-1])
-    cut_row_cell_count = max(len(names) - missing_cell_count, 1) if is_cut else 0
+    cut_row_cell_count = max(len(names) - missing_cell_count, 1) if has_cut_row else 0
     missing_names = [
         _DECLARATION_OF_COLUMN[column]["names"][0]
         for column in _NEEDED_COLUMNS
@@ -332,7 +333,7 @@ def _is_contradictory(
             rolling
         ) + half_digit["srr"]
         coefficient_rounding = half_digit["coefficient"] + (
-            2 * half_digit["traction_force"] + half_digit["load"] * coefficient
+            half_digit["traction_force"] + half_digit["load"] * coefficient
         ) / np.abs(load)
         # each identity with the largest error from the rounding of its cells
         errors_of_identities = (

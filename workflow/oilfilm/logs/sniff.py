@@ -29,7 +29,7 @@ from oilfilm.logs.header import (
     project_key_and_text,
     split_bracketed_unit,
 )
-from oilfilm.logs.ingest import READERS, read_log, recognised_format, unpack
+from oilfilm.logs.ingest import READERS, UNKNOWN_FORMAT, read_log, recognised_format, unpack
 from oilfilm.logs.log_schema import (
     HeaderProblems,
     ListedColumns,
@@ -298,7 +298,7 @@ def _quantities_to_ask_for(missing_quantities: Sequence[str], format_name: str) 
 
 def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
     """The format of a file, and the columns of its table with most quantities."""
-    format_name = "none"
+    format_name = UNKNOWN_FORMAT
     columns_of_tables: list[base.NamesAndUnits] = []
     try:
         unpacked = unpack(content)

@@ -24,8 +24,8 @@ CONDITION_TEXTS = {
     "inlet_temperature_c": ConditionTexts("T", "Inlet temperature", "\N{DEGREE SIGN}C"),
     "slide_roll_ratio": ConditionTexts("S", "Slide-roll ratio", ""),
 }
-# Colours of Okabe and Ito, distinct for every kind of colour vision, then darker ones of Tol's set
-# "muted" for campaigns of many oils. Beyond twelve oils colours are repeated.
+# Colours of Okabe and Ito, which are distinct for every kind of colour vision. Darker colours of
+# Paul Tol follow, for campaigns of many oils. Beyond twelve oils colours are repeated.
 _PALETTE = (
     "#0072B2",
     "#D55E00",
@@ -48,7 +48,8 @@ _LAW_AND_LOAD_VARIABLE_TITLES = {
     "load": "load-based",
     "dimensionless_load": "dimensionless load",
 }
-# Tables have only characters of every terminal. Pattern -> symbol of print, applied in this order.
+# Tables have only characters that every terminal can show. Pattern -> symbol of print, applied in
+# this order.
 _SYMBOLS_OF_PRINT = {
     r"\bmu\b": "\N{GREEK SMALL LETTER MU}",
     r"\blambda\b": "\N{GREEK SMALL LETTER LAMDA}",

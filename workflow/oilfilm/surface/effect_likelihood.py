@@ -9,8 +9,8 @@ runs, as a step or a trend. Twice the logarithm of the likelihood is then
 where P is the inverse covariance of the points with the variance v, and L(v) is the value without a
 change. The points of a curve are few weighted sums of its measured points, which are called its
 coordinates (`reduction`). The most likely beta is p'q / p'Wp; there, twice the logarithm of the
-likelihood ratio is (p'q)^2 / p'Wp. All variances follow from the eigenvalues of W at v = 0, or for
-many curves from features of a few conditions (Nystrom).
+likelihood ratio is (p'q)^2 / p'Wp. L, q and W at any variance v follow from the eigenvalues of W at
+v = 0, or for many curves from features of a few conditions (Nystrom).
 
 Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
 Eq. A.9 and A.10 (inverse and determinant of a sum).
