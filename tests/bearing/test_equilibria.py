@@ -7,7 +7,8 @@ import pytest
 
 from bearings import RPM, in_operation, printed_law, problem, shipped
 from nights import nightly
-from oilfilm.bearing.equilibria import NearbyEquilibria, equilibria, friction_equilibrium
+from oilfilm.bearing import equilibria as search
+from oilfilm.bearing.equilibria import NearbyEquilibria, _Motions, equilibria, friction_equilibrium
 from oilfilm.bearing.friction import FrictionProblem
 from oilfilm.bearing.inputs import InputValues
 from oilfilm.bearing.quasistatic import OperatingPoints
@@ -45,6 +46,22 @@ def test_a_skidding_cage_is_found_where_an_independent_solver_finds_one(
     assert not motion.held_by_band().any()
     assert motion.cage_slip()[0] == pytest.approx(slip, abs=6e-6)
     assert motion.outside_law()[0] == (slip > 0.9)
+
+
+def test_a_skidding_cage_is_found_where_every_curve_is_lost(monkeypatch):
+    # beside balls at rest rounding decides whether a curve gets to its end
+    def lose_curves(problem, rule, wants_all_motions):
+        point_count = len(problem.scale())
+        no_motions = _Motions.with_full_bands(np.arange(0), np.empty((0, 7)))
+        return no_motions, np.ones(point_count, dtype=bool)
+
+    monkeypatch.setattr(search, "_search_motions", lose_curves)
+    # slips by MINPACK's hybr, as above
+    loads_n, slips = [330.0, 350.0], [0.886024, 0.886679]
+    motions = equilibria(mainshaft_problem("4010", 23875.251809, 70.0, loads_n))
+    assert motions.fastest.solution.converged.all()
+    np.testing.assert_allclose(motions.fastest.cage_slip(), slips, atol=6e-7)
+    assert not motions.is_complete.any()
 
 
 def values(loads_n: list[float]) -> np.ndarray:

@@ -110,6 +110,9 @@ _OVER_ENTRAINMENT = {
     *("largest_slide_roll_ratio", "inner_mean_slide_roll_ratio", "outer_mean_slide_roll_ratio"),
     *("inner_slide_roll_ratio", "lambda_ratio"),
 }
+# Rounding counts beside this size where a quantity is smaller. A slip near rolling is the small
+# rest of two speeds. A film of a contact that hardly entrains oil follows from such a rest.
+_SMALLEST_SIZES = {"inner_slide_roll_ratio": 1e-3, "lambda_ratio": 0.1, "heated_lambda_ratio": 0.1}
 # The numbers of this claim are standard errors of constants.
 _CLAIM_ON_ERRORS = "uniquely-determined"
 # What would be zero without rounding, beside 1. The verdict beside it is compared exactly.
@@ -176,7 +179,7 @@ def _unlike(old: pd.DataFrame, new: pd.DataFrame, column: str) -> np.ndarray:
 
 def _size(frame: pd.DataFrame, column: str) -> pd.Series:
     """Size of each number of a column, of which rounding is a share."""
-    size = frame[column].abs()
+    size = frame[column].abs().clip(lower=_SMALLEST_SIZES.get(column, 0.0))
     if column == "traction_coefficient":
         return size.clip(lower=_CANCELLATION * size.max())
     # Film and slip follow from the entrainment speed. Where that is the small rest of two large

@@ -270,7 +270,8 @@ def test_name_of_a_run_leads_to_its_point_or_signals(page: Page, results: Campai
     conditions = run[list(CONDITIONS)].mean().tolist()
     # the browser tells the page of its new address after the click
     page.wait_for_function(
-        "conditions => conditions.every((value, i) => Math.abs(oilfilm.state.point[i] / value - 1) < 1e-6)",
+        "conditions => conditions.every("
+        "  (value, i) => Math.abs(oilfilm.state.point[i] / value - 1) < 1e-6)",
         arg=conditions,
     )
     page.locator("#run-list a", has_text="stuck.csv").click()

@@ -12,6 +12,9 @@ certified where the inner contact slips less than at the law's peak. Traction ha
 slip all the way from s = 0, so that the curve has no fold before s = 1. Each point is solved by
 itself.
 
+A curve may pass balls at rest, beside which it cannot be followed. Where no motion was found,
+Newton's method starts from skidding cages.
+
 Reference: E. L. Allgower and K. Georg, Introduction to Numerical Continuation Methods (2003).
 
 Decides: which equilibria a bearing has, and when a cage may roll or skid.
@@ -91,6 +94,10 @@ _LARGEST_SAME_MOTION_CHANGE = 0.01
 _SMALLEST_SPEED_DIFFERENCE = 1e-6
 # Index of the speed of cage and balls among the unknowns.
 _CAGE_SPEED_INDEX = 5
+# Indices of the rotation of the balls and of that speed.
+_SPEED_INDICES = slice(2, 6)
+# Shares of the speeds of rolling from which a skidding cage is searched where no curve leads to it.
+_SLOW_CAGE_SPEED_SHARES = (0.2, 0.1, 0.05)
 
 
 @dataclass(frozen=True)
@@ -249,7 +256,32 @@ def _equilibria(problem: FrictionProblem, wants_all_motions: bool) -> Equilibria
         motions = motions.joined(
             replace(added_motions, point_index=points_without_motion[added_motions.point_index])
         )
+    # beside balls at rest rounding decides how far a curve gets
+    points_without_motion = np.setdiff1d(np.arange(len(is_unfinished)), motions.point_index)
+    for speed_share in _SLOW_CAGE_SPEED_SHARES:
+        if len(points_without_motion) == 0:
+            break
+        slow_motions = _find_slow_cages(problem.at_points(points_without_motion), speed_share)
+        motions = motions.joined(
+            replace(slow_motions, point_index=points_without_motion[slow_motions.point_index])
+        )
+        points_without_motion = np.setdiff1d(points_without_motion, motions.point_index)
     return _fastest_and_slowest(problem, motions, ~is_unfinished)
+
+
+def _find_slow_cages(problem: FrictionProblem, speed_share: float) -> _Motions:
+    """Motions by Newton's method from a skidding cage, with a share of the speeds of rolling.
+
+    They are on no curve that was followed, so that there may be others.
+    """
+    banded_problem = replace(problem, bands=FULL_BANDS)
+    slow_start = problem.start_unknowns()
+    slow_start[:, _SPEED_INDICES] *= speed_share
+    solution = solve(banded_problem.residuals, slow_start, banded_problem.scale(), _MAX_ITERATIONS)
+    solved_index = np.flatnonzero(solution.converged)
+    return _narrow_bands(
+        problem, _Motions.with_full_bands(solved_index, solution.unknowns[solved_index])
+    )
 
 
 def _search_motions(
