@@ -314,6 +314,19 @@ def test_few_runs_give_no_verdict(config: Settings) -> None:
     assert row["law_verdict"] == row["campaign_verdict"] == "too few curves"
 
 
+def test_enough_runs_without_a_surface_are_not_called_too_few(config: Settings) -> None:
+    # under a law of the load the contacts of the runs differ: more runs would not help
+    points = points_of(config, Drift(), 3)
+    fit = FittedLaw(LAW, Coefficients.from_constants(LAW, printed()["4050"]))
+    row = soundness_row(QUALITY, fit, points, config)
+    assert row["law_verdict"] == row["campaign_verdict"] == "no surface"
+    assert not row["sound"]
+    (sentence,) = soundness_warnings(row)
+    assert "Measure more runs" not in sentence
+    few = points[points["run_id"] < "run008"]
+    assert soundness_row(QUALITY, fit, few, config)["law_verdict"] == "too few curves"
+
+
 @pytest.mark.slow
 def test_run_with_a_comma_in_its_name_counts_as_one(config: Settings) -> None:
     points = points_of(config, Drift(force=1 + 0.1 * LATE), 1)

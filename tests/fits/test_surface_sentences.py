@@ -4,6 +4,7 @@ import numpy as np
 
 from oilfilm import tables
 from oilfilm.fits.run_assumptions import RunAssumptions
+from oilfilm.fits.soundness_sentences import smallest_visible_changes_sentence
 from oilfilm.fits.surface_sentences import rigs_sentence, spin_sentence, surface_sentences
 from oilfilm.tables.campaign_tables import CampaignTables
 from reports import rows
@@ -18,6 +19,8 @@ VERDICT = {
     "seen_trend_gain": 0.029,
     "seen_step_gain": 0.017,
 }
+
+STEADY = {"campaign_verdict": "steady", "order_resembles": ""}
 
 
 def said(constant_error: float = 0.002, **surface: object) -> str:
@@ -37,6 +40,17 @@ def test_the_misfit_of_an_adequate_law_and_what_could_be_seen_are_said() -> None
     text = said()
     for number in ("1.2%", "4.6%", "2.9%", "1.7%"):
         assert number in text
+
+
+def test_a_change_that_only_the_zero_or_the_slip_would_show_is_said() -> None:
+    seen = {"seen_trend_zero": 0.00123, "seen_step_slip_scale": 0.045}
+    sentence = smallest_visible_changes_sentence(
+        {**dict.fromkeys(tables.columns("soundness"), np.nan), **STEADY, **seen}
+    )
+    assert "drift over the runs of 0.0012 in mu" in sentence
+    assert "step at any run of 4.5% of the slip" in sentence
+    assert "none of the traction force" in sentence
+    assert "No " not in sentence
 
 
 def test_errors_of_constants_are_told_over_those_of_the_fit() -> None:

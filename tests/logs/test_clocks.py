@@ -9,7 +9,9 @@ from nptdms import ChannelObject, RootObject, TdmsFile, TdmsWriter
 
 from bad_logs import CONFIG
 from oilfilm.logs.base import READING_NOTE, ParsedLog
+from oilfilm.logs.clocks import _is_one_clock
 from oilfilm.logs.ingest import read_log
+from oilfilm.logs.logged_table import Clock as LoggedClock
 
 INTERVAL_S = 0.1
 ROWS = 200
@@ -220,6 +222,27 @@ def test_clocks_that_agree_within_their_rounding_are_one(
     reading = read(writer({"load": (0.0, INTERVAL_S * (1 + 1e-7), ROWS)}))
     assert len(reading.runs[0]) == ROWS
     assert [refusal.rule for refusal in reading.refusals if refusal.refused_rows] == []
+
+
+@pytest.mark.parametrize(("start", "is_one_clock"), [(0.09, True), (-0.09, False)])
+def test_clocks_are_one_where_no_row_is_a_tenth_of_an_interval_apart(
+    start: float, is_one_clock: bool
+) -> None:
+    # over 1001 rows the second clock loses 0.02: it ends at 0.07, or at -0.11
+    clocks = [LoggedClock(0.0, 1.0, "s"), LoggedClock(start, 0.99998, "s")]
+    assert _is_one_clock(clocks, 1001) == is_one_clock
+
+
+def test_a_time_that_falls_is_named_as_the_log_has_it() -> None:
+    # the record of the force begins 10 s after that of the others
+    clocks = {"traction_force": (10.0, INTERVAL_S, ROWS)}
+    lines = lvm(clocks, by_columns=True, by_start_time=True).decode().split("\n")
+    (row,) = [number for number, line in enumerate(lines) if line.startswith("7.000000\t")]
+    cells = lines[row].split("\t")
+    cells[2] = "3.25"
+    lines[row] = "\t".join(cells)
+    (refusal,) = read("\n".join(lines).encode()).refusals
+    assert "falls from 6.9 to 3.25" in refusal.reason
 
 
 @pytest.mark.parametrize("interval_s", [10.0, 1.0, 1e-2, 1e-4])

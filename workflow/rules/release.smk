@@ -24,7 +24,7 @@ rule release:
         # the code when the run began; the script refuses a release if it has changed since
         tree=code_tree_digest(HOME),
         releases=prefixed("results/releases", CAMPAIGN.name).as_posix(),
-        sheets=digests_of_sheets(),
+        sheet_digests=digests_of_sheets(),
         config=SETTINGS.plain_values(),
     script:
         "../scripts/release.py"

@@ -1,4 +1,4 @@
-"""Put everything a campaign's run has made into a release that never changes."""
+"""Put what a campaign's run has made, except its samples, into a release that never changes."""
 
 from pathlib import Path
 
@@ -23,7 +23,7 @@ with run.job(snakemake) as job:
         settings=job.settings,
         results=package_file.parents[1],
         output_paths=[Path(path) for path in inputs if path not in not_released],
-        raw_digest_by_path=read_listings(*map(Path, inputs.digests)) | params.sheets,
+        raw_digest_by_path=read_listings(*map(Path, inputs.digests)) | params.sheet_digests,
         step_listings=[Path(path) for path in inputs.made],
         copies_folder=package_file.parents[3],  # local copies of object storage; else this folder
     )

@@ -340,10 +340,15 @@ def _judgement(
         return "tie", ""
     if configured_name in by_left_out.tied_law_names or configured_name in by_bic.tied_law_names:
         return "criteria disagree", ""
-    # both criteria refuse the configured law; where they name different laws, the curves left out
-    # decide. A certified fit comes first, then the fewest constants.
-    candidate_names = best_by_both if best_by_both else list(by_left_out.tied_law_names)
-    candidates = quality.loc[candidate_names].sort_values(
+    best_names = best_by_both or [*by_left_out.tied_law_names, *by_bic.tied_law_names]
+    best_quality = quality.loc[list(dict.fromkeys(best_names))]
+    # where the criteria name different laws, one of these may still be better by both
+    criteria = ["left_out_rmse", "bic"]
+    is_better = (best_quality[criteria] < quality.loc[configured_name, criteria]).all(axis=1)
+    if not is_better.any():
+        return "criteria disagree", ""
+    # a certified fit comes first, then the fewest constants
+    candidates = best_quality[is_better].sort_values(
         ["certified", "n_constants"], ascending=[False, True], kind="stable"
     )
     return "another law is better", str(candidates.index[0])

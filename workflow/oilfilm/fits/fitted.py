@@ -267,7 +267,8 @@ class FittedLaw:
         """Why the law has no interval anywhere, where it has none."""
         return (
             "there is no surface of measured mu: too few curves were tested "
-            "(surface.fewest_curves), or none of the fitted laws can carry one"
+            "(surface.fewest_curves), none of the fitted laws can carry one, or the contacts of "
+            "the runs differ under a law of the load"
         )
 
     @cached_property

@@ -354,7 +354,7 @@ def finished_fit_tables(results: CampaignTables, settings: Settings) -> dict[str
 
     Args:
         results: The tables of every fit, `points` and `runs`.
-        settings: `fit`, `steadiness`, `compare`, and those of `lack_of_fit_table`.
+        settings: `fit`, `surface`, `steadiness`, `compare`, and those of `lack_of_fit_table`.
     """
     results = with_configured_fits_marked(results, settings.fit.law)
     quality = results.fit_quality
@@ -380,7 +380,7 @@ def soundness_table(
     """Table `soundness`: the verdict on the configured law's fit to each oil, in three parts.
 
     Args:
-        results: As in `finished_fit_tables`.
+        results: Tables of fits of which the configured ones are marked, `points` and `runs`.
         lack_of_fit_rows: Table `lack_of_fit`.
         settings: `fit`, `surface` and `steadiness`.
     """
@@ -436,7 +436,11 @@ def soundness_row(
     fixed_conditions = fixed_conditions_from_json(quality_row["fixed_conditions"])
     is_condition_missing = any(fixed.is_unmeasured for fixed in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
-    too_few_curves = surface is None or len(surface.run_ids) < settings.steadiness.curves_min
+    fewest_curves = settings.steadiness.curves_min
+    curve_count = points["run_id"].nunique() if surface is None else len(surface.run_ids)
+    if surface is None:
+        fewest_curves = max(fewest_curves, settings.surface.fewest_curves)
+    too_few_curves = curve_count < fewest_curves
     # "steady", as where no change was found
     columns = dict(NO_CHANGE)
     # both relative to mu
@@ -465,13 +469,18 @@ def soundness_row(
             or misfit > largest_misfit,
             "lack of fit": is_lack_of_fit_shown,
             "too few curves": too_few_curves,
+            "no surface": surface is None,
             # the next run's interval is wide between them; the law's own interval is not
             "two levels": surface is not None and surface.has_two_levels(),
         },
         otherwise="adequate",
     )
     columns["campaign_verdict"] = _first_that_holds(
-        {"too few curves": no_fit or too_few_curves, "condition missing": is_condition_missing},
+        {
+            "too few curves": no_fit or too_few_curves,
+            "condition missing": is_condition_missing,
+            "no surface": surface is None,
+        },
         otherwise=columns["campaign_verdict"],
     )
     optimum_confirmed = bool(quality_row["certified"])

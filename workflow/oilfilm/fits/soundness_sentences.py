@@ -29,6 +29,10 @@ def soundness_warnings(row: Mapping[str, Any]) -> list[str]:
         "no fit",
     ):
         sentences.append("The runs are too few to show whether the campaign was steady.")
+    if row["campaign_verdict"] == "no surface" and row["law_verdict"] != "no surface":
+        sentences.append(
+            "Without a surface of measured mu nothing shows whether the campaign was steady."
+        )
     if not row["optimum_confirmed"] and row["law_verdict"] != "no fit":
         advice = "Raise fit.searches or fit.generations."
         if sentences:
@@ -75,27 +79,30 @@ def _smallest_visible_change_sentence(
         course_in_words: Name of the course in the sentence.
     """
     visible_sizes, invisible_quantities = [], []
-    force_gain, temperature_k = row[f"seen_{course}_gain"], row[f"seen_{course}_temperature_k"]
-    if np.isnan(force_gain):
-        invisible_quantities.append("the traction force")
-    else:
-        visible_sizes.append(f"{force_gain:.1%} of the traction force")
-    if np.isnan(temperature_k):
-        invisible_quantities.append("the temperature")
-    else:
-        visible_sizes.append(f"{temperature_k:.2g} K")
+    for effect, (quantity, size_in_words) in _WORDS_BY_EFFECT.items():
+        size = row[f"seen_{course}_{effect}"]
+        if np.isnan(size):
+            invisible_quantities.append(quantity)
+        else:
+            visible_sizes.append(size_in_words.format(size))
     if not visible_sizes:
         return f"No {course_in_words} would have been seen."
     visible_text = (
         f"A {course_in_words} of {' or '.join(visible_sizes)} would most likely have been seen"
     )
-    return (
-        f"{visible_text}, but none of {invisible_quantities[0]}."
-        if invisible_quantities
-        else f"{visible_text}."
-    )
+    if not invisible_quantities:
+        return f"{visible_text}."
+    return f"{visible_text}, but none of {' or '.join(invisible_quantities)}."
 
 
+# What a change of the rig changes: the quantity, and how the size of a change is written, by the
+# name of the effect in columns.
+_WORDS_BY_EFFECT = {
+    "gain": ("the traction force", "{:.1%} of the traction force"),
+    "zero": ("the zero of the force", "{:.2g} in mu by the zero of the force"),
+    "slip_scale": ("the slip", "{:.1%} of the slip"),
+    "temperature_k": ("the temperature", "{:.2g} K"),
+}
 _SENTENCE_BY_LAW_VERDICT = {
     "none fits": "No law is adequate: the measurements depart from this one by {misfit:.1%} of mu, "
     "and runs scatter by {run_scatter:.1%}. Its constants describe the tested conditions, not the "
@@ -110,6 +117,10 @@ _SENTENCE_BY_LAW_VERDICT = {
     "them. The interval of the next run is wider there. Test a third level.",
     "too few curves": "The runs are too few to show whether the law is adequate or the campaign "
     "steady. Measure more runs.",
+    "no surface": "Neither the law nor the steadiness of the campaign can be judged: no surface of "
+    "measured mu could be made. None of the fitted laws can carry one, the contacts of the runs "
+    "differ under a law of the load, or too few runs have all conditions. Compare a law of the "
+    "pressure (compare.laws), or give the missing conditions.",
     "no fit": "Nothing could be fitted.",
 }
 # What has the same effect on mu as an error of a sensor, by the sensor's quantity.
@@ -151,7 +162,7 @@ def _change_clause(row: Mapping[str, Any]) -> str:
     if cause == "inlet temperature":
         amount = f"{abs(size):.1f} K"
     elif cause == "zero of the force":
-        amount = f"{abs(size):.2g} of mu"
+        amount = f"{abs(size):.2g} in mu"
     if row["change_course"] == "season":
         alternative = _ALTERNATIVE_BY_CAUSE[cause].format(other="other")
         return f"the {cause} comes and goes by {amount}, {alternative}"

@@ -25,8 +25,8 @@ def with_time_column(table: LoggedTable, vocabulary: Vocabulary) -> LoggedTable:
     """The table with a column of time made of the clocks of its channels, where no column has it.
 
     Channels with different clocks are interpolated linearly onto the times of the fastest one. The
-    first and the last reading of a slower channel hold for one of its intervals. Rows beyond these
-    have no number of that channel.
+    first and the last reading of a channel that is more than 1.5 times slower hold for one of its
+    intervals. Rows beyond these have no number of that channel.
 
     Args:
         table: The table.
@@ -63,11 +63,12 @@ def _is_one_clock(clocks: Sequence[Clock], row_count: int) -> bool:
     """Whether clocks agree over all rows."""
     first_clock = clocks[0]
     for clock in clocks:
-        # largest difference of both clocks in any row
-        difference = (
-            abs(clock.start - first_clock.start)
-            + abs(clock.interval - first_clock.interval) * row_count
+        # the difference is linear in the row: it is largest in the first or the last one
+        start_difference = clock.start - first_clock.start
+        end_difference = start_difference + (clock.interval - first_clock.interval) * (
+            row_count - 1
         )
+        difference = max(abs(start_difference), abs(end_difference))
         if clock.unit != first_clock.unit or not difference <= LARGEST_CLOCK_DIFFERENCE * abs(
             first_clock.interval
         ):
@@ -93,8 +94,8 @@ def _align_channels(table: LoggedTable, channel_indices: Sequence[int]) -> Logge
         channel_indices: Indices of the channels that are read.
     """
     channels: dict[int, _Channel] = {}
-    times_of_row: dict[int, FloatArray] = {}
-    readings_of_row: dict[int, FloatArray] = {}
+    times_of_index: dict[int, FloatArray] = {}
+    readings_of_index: dict[int, FloatArray] = {}
     units = {
         table.clock_of_column[index].unit
         for index in channel_indices
@@ -103,13 +104,15 @@ def _align_channels(table: LoggedTable, channel_indices: Sequence[int]) -> Logge
     for index, readings in zip(channel_indices, table.read_values(channel_indices), strict=True):
         if readings.dtype.kind not in "iuf":
             return table
-        times_of_row[index] = _times_of_channel(table, index)
-        readings_of_row[index] = readings.astype(np.float64)
-        channels[index] = _trimmed_channel(times_of_row[index], readings_of_row[index])
+        times_of_index[index] = _times_of_channel(table, index)
+        readings_of_index[index] = readings.astype(np.float64)
+        channels[index] = _trimmed_channel(times_of_index[index], readings_of_index[index])
     if len(units) > 1 or any(len(channel.times) < 2 for channel in channels.values()):
         return table
     for index in channels:
-        problem = _falling_time_problem(table.names[index], times_of_row[index])
+        # the times as the log has them, without the start of the channel's record
+        logged_times = times_of_index[index] - table.start_s_of_column.get(index, 0.0)
+        problem = _falling_time_problem(table.names[index], logged_times)
         if problem:
             return replace(table, problem=problem)
     interval_of_index = {
@@ -127,18 +130,18 @@ def _align_channels(table: LoggedTable, channel_indices: Sequence[int]) -> Logge
         ),
         key=lambda index: channels[index].times[0],
     )
-    times_of_fastest = times_of_row[fastest_index]
+    times_of_fastest = times_of_index[fastest_index]
     latest_start = max(float(channel.times[0]) for channel in channels.values())
     earliest_end = min(float(channel.times[-1]) for channel in channels.values())
     if latest_start >= earliest_end:
         return replace(table, problem=_no_overlap_problem(table, channels))
     # a reading with a time of its own is not interpolated
-    numbers_of_index: dict[int, Values] = {fastest_index: readings_of_row[fastest_index]}
+    numbers_of_index: dict[int, Values] = {fastest_index: readings_of_index[fastest_index]}
     for index, (times, readings) in channels.items():
         if index == fastest_index:
             continue
         interpolated_readings = np.interp(times_of_fastest, times, readings)
-        # what is read as often as the fastest channel has a reading of its own for each row
+        # a channel that is read nearly as often as the fastest one has a reading beside each row
         hold_time = (
             interval_of_index[index] if interval_of_index[index] > 1.5 * shortest_interval else 0.0
         )

@@ -65,8 +65,7 @@ class FinishedRun:
         settings: All settings of the run.
         results: Folder of the campaign's results.
         output_paths: Output files and folders below it, all up to date.
-        raw_digest_by_path: sha256 of each raw log when the run read it, by path. Empty for
-            simulated logs, because the run writes them.
+        raw_digest_by_path: sha256 of each raw log and run sheet when the run read it, by path.
         step_listings: Files in which each step has listed the sha256 of its outputs.
         copies_folder: Folder with the local copies of files in object storage; below it a file has
             the path that it has below `root`.

@@ -50,6 +50,7 @@ _LOOK_BY_VERDICT = {
     "holds in part": "fair",
     "criteria disagree": "fair",
     "too few curves": "fair",
+    "no surface": "fair",
     "no repeats": "fair",
     "shown": "fair",
     "at a bound": "bad",
