@@ -19,12 +19,25 @@ def _function(name: str) -> Form:
     return Form(f"<mi>{name}</mi><mo>&#8289;</mo><mrow><mo>(</mo>{{}}<mo>)</mo></mrow>")
 
 
+# Euler's number is upright, so that it differs from a part of a law that is called e.
+_EULER = '<mi mathvariant="normal">e</mi>'
 _GREEK = {"mu": "&#956;", "eta": "&#951;"}
 
 
 def _identifier(name: str) -> str:
     """A name in MathML."""
     return f"<mi>{_GREEK.get(name, name)}</mi>"
+
+
+def _number(value: float) -> str:
+    """A number in MathML, with powers of ten as `10` and exponent."""
+    mantissa, _, exponent = f"{value:g}".partition("e")
+    if not exponent:
+        return f"<mn>{mantissa}</mn>"
+    power_of_ten = f"<msup><mn>10</mn><mn>{int(exponent)}</mn></msup>"
+    if mantissa == "1":
+        return power_of_ten
+    return f"<mrow><mn>{mantissa}</mn>{_operator('&#215;')}{power_of_ten}</mrow>"
 
 
 MATHML = Language(
@@ -35,9 +48,9 @@ MATHML = Language(
         "*": Form(f"{{}}{_operator('&#8290;')}{{}}", 2, (2, 3)),
         "/": Form("<mfrac><mrow>{}</mrow><mrow>{}</mrow></mfrac>", 3, (0, 0)),
         "**": Form("<msup><mrow>{}</mrow><mrow>{}</mrow></msup>", 4, (5, 0)),
-        "exp": Form("<msup><mi>e</mi><mrow>{}</mrow></msup>", 4, (0,)),
+        "exp": Form(f"<msup>{_EULER}<mrow>{{}}</mrow></msup>", 4, (0,)),
         "expm1": Form(
-            f"<msup><mi>e</mi><mrow>{{}}</mrow></msup>{_operator('&#8722;')}<mn>1</mn>", 1, (0,)
+            f"<msup>{_EULER}<mrow>{{}}</mrow></msup>{_operator('&#8722;')}<mn>1</mn>", 1, (0,)
         ),
         "sqrt": Form("<msqrt>{}</msqrt>"),
         "abs": Form("<mrow><mo>|</mo>{}<mo>|</mo></mrow>"),
@@ -46,7 +59,7 @@ MATHML = Language(
         "tanh": _function("tanh"),
         "asinh": _function("arsinh"),
     },
-    write_number="<mn>{:g}</mn>".format,
+    write_number=_number,
     write_name=_identifier,
     brackets="<mrow><mo>(</mo>{}<mo>)</mo></mrow>",
 )
@@ -55,7 +68,7 @@ MATHML = Language(
 # Factors of a coefficient: relative group and exponent, exponent and relative group.
 _POWER = "<msup><mrow><mo>(</mo>{}<mo>)</mo></mrow>{}</msup>"
 _EXPONENTIAL = (
-    f"<msup><mi>e</mi><mrow>{{}}<mo>(</mo>{{}}{_operator('&#8722;')}<mn>1</mn><mo>)</mo></mrow>"
+    f"<msup>{_EULER}<mrow>{{}}<mo>(</mo>{{}}{_operator('&#8722;')}<mn>1</mn><mo>)</mo></mrow>"
     "</msup>"
 )
 
@@ -78,7 +91,7 @@ def mathml(law: Law) -> str:
     for coefficient in law.coefficients:
         if coefficient.exponents is not None:
             exponent_texts = [
-                f"<mn>{exponent:g}</mn>" if exponent else "" for exponent in coefficient.exponents
+                _number(exponent) if exponent else "" for exponent in coefficient.exponents
             ]
             formulas.append(_power_law(law, coefficient.name, exponent_texts))
     return " ".join(f'<math display="block"><mrow>{text}</mrow></math>' for text in formulas)
@@ -95,12 +108,11 @@ def _power_law(law: Law, coefficient_name: str, exponent_texts: list[str]) -> st
         if not exponent_text:
             continue
         quantity = QUANTITIES[group]
-        reference_text = f"{reference:g} {quantity.unit}".removesuffix(" 1").replace(
-            "degC", _DEGREE_CELSIUS
-        )
-        relative_group = (
-            f"<mfrac>{MATHML.write_name(quantity.symbol)}<mtext>{reference_text}</mtext></mfrac>"
-        )
+        reference_value = _number(reference)
+        if quantity.unit != "1":
+            unit = quantity.unit.replace("degC", _DEGREE_CELSIUS)
+            reference_value = f"<mrow>{reference_value}<mtext>&#160;{unit}</mtext></mrow>"
+        relative_group = f"<mfrac>{_identifier(quantity.symbol)}{reference_value}</mfrac>"
         if group in law.exponential:
             factors.append(_EXPONENTIAL.format(exponent_text, relative_group))
         else:
