@@ -125,13 +125,14 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
 def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     """Choice of oil by cage slip.
 
-    (a) Best oil by the friction equilibrium with the fitted law: of the oils that hold the cage the
-    one with the least torque; if none holds it, the one with the least slip. Dots: it stays the
-    best oil in at least 95 % of the draws of all uncertain inputs. Rings: the best oil by the
-    true traction of a simulated campaign is another one. (b) Oil that the rules of the
-    paper advise, with its cage slip at friction equilibrium. Symbols: the advised oil is neither
-    the best one nor nearly as good, and why. White: no oil is best, or none is advised. Abscissa:
-    dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load (kN).
+    (a) Best oil of those that the rules name, by the friction equilibrium with the fitted law: of
+    the oils that hold the cage the one with the least torque; if none holds it, the one with the
+    least slip. Dots: in at least 95 % of the draws of all uncertain inputs it is the best of all
+    oils. Rings: the best oil by the true traction of a simulated campaign is another one. (b) Oil
+    that the rules of the paper advise, with its cage slip at friction equilibrium. Symbols: the
+    advised oil is neither the best one nor nearly as good, and why. White: no oil is best, or none
+    is advised. Abscissa: dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load
+    (kN).
     """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
@@ -150,7 +151,7 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
         Patch(facecolor=style.tint(style.oil_colour(oil, oils), _FIELD_TINT), label=oil)
         for oil in oils
     ]
-    handles += _draw_certain_best(best_panel, advice, results.cage_slip)
+    handles += _draw_certain_best(best_panel, advice[is_decided], results.cage_slip)
     handles += _draw_wrong_by_truth(best_panel, advice)
     handles += _draw_judgements(advised_panel, advice)
     for panel in (best_panel, advised_panel):
@@ -204,19 +205,27 @@ def _draw_oils(
 
 
 def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
-    """Draw dots where one oil stays the best in nearly all draws; return entries of the legend."""
-    surely_best = (
-        certainty_of_best_oil(cage_slip, STAYS_BEST_SHARE)["surely"].rename("surely").reset_index()
+    """Draw dots where the best oil stays the best in nearly all draws; entries of the legend.
+
+    Args:
+        panel: The panel.
+        advice: Rows of the table of advice in which a best oil is known.
+        cage_slip: Table of cage slip. It may have oils that no rule names.
+    """
+    rows_of_best_oil = cage_slip.merge(
+        advice[[*OPERATING_POINT_COLUMNS, "best_oil"]],
+        left_on=[*OPERATING_POINT_COLUMNS, "oil"],
+        right_on=[*OPERATING_POINT_COLUMNS, "best_oil"],
     )
-    sure_rows = advice.merge(surely_best, on=OPERATING_POINT_COLUMNS).query(
-        "surely and best_oil != ''"
-    )
+    certainty = certainty_of_best_oil(rows_of_best_oil, STAYS_BEST_SHARE).reset_index()
+    sure_points = certainty.loc[certainty["surely"], OPERATING_POINT_COLUMNS]
+    sure_rows = advice.merge(sure_points, on=OPERATING_POINT_COLUMNS)
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
     oils = sure_rows["best_oil"]
     panel.dots(
         "stays best", sure_rows["dmn"], sure_rows["load_kn"], look, oil=oils, label="stays best"
     )
-    label = f"best in {100 * STAYS_BEST_SHARE:.0f} % of the draws"
+    label = f"best in at least {100 * STAYS_BEST_SHARE:.0f} % of the draws"
     return [style.line_handle(label, linestyle="", **look)] if len(sure_rows) else []
 
 
