@@ -357,6 +357,25 @@ def test_temperature_in_step_is_found_in_frost_too(quick: Settings) -> None:
     assert followed_condition_mask(CONDITIONS, apart, quick.fit).all()
 
 
+def test_frost_off_the_line_of_other_conditions_leaves_the_line_known(quick: Settings) -> None:
+    # U = 25 P at each of three temperatures, one of them in frost
+    pressure = np.tile([1.0, 1.2, 1.4, 1.6], 3)
+    crossed = np.column_stack([pressure, 25 * pressure, np.repeat([-10.0, 40.0, 80.0], 4)])
+    followed = followed_condition_mask(CONDITIONS, crossed, quick.fit)
+    assert followed.tolist() == [True, False, True]
+    (fixed,) = fixed_conditions(CONDITIONS, crossed, followed, quick.fit)
+    (partner,) = fixed.in_step
+    assert (partner.condition, partner.exponent) == ("max_hertz_pressure_gpa", pytest.approx(1.0))
+    line = fixed.tested_value(dict(zip(CONDITIONS, crossed.T, strict=True)))
+    np.testing.assert_allclose(line, 25 * pressure)
+    # levels that a user gives as whole numbers have the same line
+    whole = {
+        "max_hertz_pressure_gpa": np.array([1, 2]),
+        "entrainment_speed_m_s": np.array([25, 50]),
+    }
+    np.testing.assert_allclose(fixed.tested_value(whole), [25.0, 50.0])
+
+
 def test_temperature_in_step_through_frost_is_not_called_unmeasured(quick: Settings) -> None:
     conditions = [(p, u, 70.0) for p in PRESSURES for u in (25.0, 40.0)]
     points = make_points("4102", conditions)

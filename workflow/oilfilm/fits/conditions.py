@@ -26,7 +26,7 @@ from oilfilm.traction.law import QUANTITIES
 
 # Least magnitude of a condition, in the unit of its column, where a range is stated as a share of
 # the magnitude. Near 0 degC a share of the temperature would mean nothing: with this, 10 % are 2 K
-# or more. The conditions that are named here may be 0 or below, and enter without a logarithm.
+# or more.
 LEAST_MAGNITUDES = {"inlet_temperature_c": 20.0}
 
 
@@ -83,7 +83,7 @@ class FixedCondition:
             values_by_condition: Values of each condition by column, all of one shape.
         """
         level = np.nan if self.level is None else self.level
-        value = np.full_like(values_by_condition[self.condition], level)
+        value = np.full(np.shape(values_by_condition[self.condition]), level)
         for partner in self.in_step:
             value *= (values_by_condition[partner.condition] / partner.centre) ** partner.exponent
         return value
@@ -268,12 +268,22 @@ def _fixed_condition(
         values: Its value in each curve.
         followed_values: Values of the followed conditions with which it may be in step, by column;
             empty for a level.
-        settings: `level_tolerance`.
+        settings: `level_tolerance`, and those of `followed_condition_mask`.
     """
     if not len(values) or np.isnan(values).any():
         return FixedCondition(condition_name, None, 0.0)
     if followed_values and np.min([values, *followed_values.values()]) <= 0:
-        return FixedCondition(condition_name, None, 0.0, line_reaches_zero=True)
+        # a line is a power law: it has no conditions at 0 or below, but may be one of the others
+        followed_values = {
+            name: partner_values
+            for name, partner_values in followed_values.items()
+            if partner_values.min() > 0
+        }
+        names = [*followed_values, condition_name]
+        conditions = np.column_stack([*followed_values.values(), values])
+        is_in_step = not followed_condition_mask(names, conditions, settings)[-1]
+        if values.min() <= 0 or not followed_values or not is_in_step:
+            return FixedCondition(condition_name, None, 0.0, line_reaches_zero=True)
     if followed_values:
         # a condition that moves the line by less than the tolerance is no part of it
         followed_values = {
