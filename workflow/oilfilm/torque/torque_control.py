@@ -11,8 +11,8 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.traction import PAPER_LAW
 
-# Columns that name a plateau. The table `torque` has one row per plateau and load variable; a load
-# variable is the law on pressure evaluated in one way, or another law.
+# Columns that name a plateau. The table `torque` has one row per plateau and load variable. A load
+# variable is a way to evaluate the fitted law, or the name of a law on load.
 _PLATEAU_COLUMNS = ["run_id", "first_row"]
 
 
@@ -44,7 +44,7 @@ def torque_control_table(results: CampaignTables, settings: Settings) -> pd.Data
             # the fitted law itself made the logs of both rigs: the comparison checks the code
             verdict = "positive control"
         else:
-            # other physics made the logs of both rigs: the comparison checks the law
+            # other physics, or another law, made the logs of both rigs: this checks the fitted law
             verdict = "one truth"
         control_rows.append({"oil": oil, "verdict": verdict, "law_misfit": law_misfit})
     return tables.from_rows(control_rows, "torque_control")

@@ -1,9 +1,10 @@
 """One page per refused run: its signals, its plateaus, and the rows concerned."""
 
 import hashlib
+import math
 import re
 import textwrap
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -106,36 +107,54 @@ def _with_refusals_by_comparison(curated: CuratedTables, quarantine: pd.DataFram
 
 
 def draw_pages(
-    logs_by_kind: Iterable[JudgedLogs], settings: Settings, pages_max: int, folder: Path
+    logs_by_kind: Sequence[JudgedLogs], settings: Settings, pages_max: int, folder: Path
 ) -> pd.DataFrame:
     """Draw the pages of refused runs in a folder.
 
     Args:
         logs_by_kind: The judged logs of each kind of rig.
         settings: Settings of the campaign.
-        pages_max: Largest number of pages.
+        pages_max: Largest number of pages, which the kinds of rigs share.
         folder: For the pages.
 
     Returns:
         Table `refused_pages`.
     """
+    wanted_pages = [_entries_of(judged, pages_max)["page"].ne("").sum() for judged in logs_by_kind]
     entries_by_kind = []
-    pages_left = pages_max
-    for judged in logs_by_kind:
-        entries = list_refusals(
-            judged.runs, judged.points, judged.quarantine, pages_left, judged.rig_class
-        )
-        with_page = entries[entries["page"] != ""]
-        for entry in tables.rows(with_page):
+    for judged, page_count in zip(logs_by_kind, _shared(wanted_pages, pages_max), strict=True):
+        entries = _entries_of(judged, page_count)
+        for entry in tables.rows(entries[entries["page"] != ""]):
             run_id = entry["run_id"]
             (run,) = tables.rows(judged.runs[judged.runs["run_id"] == run_id])
             plateaus = judged.points[judged.points["run_id"] == run_id]
             samples = judged.samples_of_run(run_id)
             page = draw_page(entry, run, samples, plateaus, settings, judged.rig_class)
             save(page, folder / entry["page"])
-        pages_left -= len(with_page)
         entries_by_kind.append(entries)
     return pd.concat(entries_by_kind, ignore_index=True)
+
+
+def _entries_of(judged: JudgedLogs, pages_max: int) -> pd.DataFrame:
+    """`list_refusals` of the judged logs of a kind of rig."""
+    return list_refusals(judged.runs, judged.points, judged.quarantine, pages_max, judged.rig_class)
+
+
+def _shared(wanted_counts: Sequence[int], total: int) -> list[int]:
+    """Parts of a total: equal ones, of which what is not wanted goes to the others.
+
+    Examples:
+        >>> _shared([30, 2, 9], total=20), _shared([1, 1], total=1)
+        ([9, 2, 9], [1, 0])
+    """
+    parts = [0] * len(wanted_counts)
+    ascending = sorted(range(len(wanted_counts)), key=lambda index: wanted_counts[index])
+    for number, index in enumerate(ascending):
+        others_left = len(wanted_counts) - number
+        # the odd one goes to the first
+        parts[index] = min(wanted_counts[index], math.ceil(total / others_left))
+        total -= parts[index]
+    return parts
 
 
 def list_refusals(
