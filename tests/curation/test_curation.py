@@ -176,6 +176,11 @@ def test_every_definition_of_slip_becomes_sliding_over_mean_speed(
         np.testing.assert_allclose(of_mean, both / (total / 2), rtol=1e-12)
 
 
+def test_a_slip_over_the_faster_speed_that_no_rig_has_is_not_a_slip_of_the_other_sign() -> None:
+    of_mean = Semantics(slide_roll_ratio="over_faster").over_mean(np.array([2.5, -3.0]))
+    assert of_mean.tolist() == [np.inf, -np.inf]
+
+
 def test_calibration_errors_stand_apart_or_are_null(demo: Campaign, etm: Campaign) -> None:
     points = demo.curated.points[demo.curated.points["accepted"]]
     # config/rigs: 0.5 % of load and force, 0.1 % of speed, 0.5 K

@@ -96,6 +96,7 @@ MISTAKES = [
     (ETM, "rigs:", "semantics_of_rig: {mtm: {zero: standstill}}\nrigs:", ["'mtm'", "pcs-etm"]),
     (ETM, "data: measured", "data: measured\ntwin: {}", ["`twin"]),
     (ETM, "data: measured", "data: measured\nsimulated_by: x", ["`data: simulated`", "drop this"]),
+    (TWIN, "data: simulated", "simulated_by: x\ndata: simulated", ["`twin` simulates", "drop"]),
     (ETM, RIGS, "[a]: 1", ["a group as a key"]),
     (ETM, RIGS, "rigs: [../rigs]", ["`rigs.0`", "'../rigs'", "text of the form"]),
     (ETM, RIGS, "rigs: [NO]", ["`rigs.0`", "False", 'put the word in quotes, as "NO"']),

@@ -152,9 +152,9 @@ class Semantics(Group):
         if self.slide_roll_ratio == "over_faster":
             # f is the faster speed, g the other: s = (f - g)/f, and
             # (f - g)/((f + g)/2) = s/(1 - s/2), odd in the sign of s.
-            # |s| = 2 is impossible; a gate refuses the infinite ratio
+            # |s| of 2 and more is impossible; a gate refuses the infinite ratio
             with np.errstate(divide="ignore"):
-                return np.asarray(logged_ratio / (1 - np.abs(logged_ratio) / 2))
+                return np.asarray(logged_ratio / np.maximum(1 - np.abs(logged_ratio) / 2, 0.0))
         return logged_ratio
 
 

@@ -467,6 +467,8 @@ def _simulation_contradictions(campaign: Campaign) -> Iterator[tuple[KeyPath, st
             yield ("data",), f"`twin` {advice}"
         elif campaign.simulated_by:
             yield ("simulated_by",), f"`simulated_by` {advice}"
+    if campaign.twin is not None and campaign.simulated_by:
+        yield ("simulated_by",), "`twin` simulates these logs: drop this key."
     if has_twin and not studies.simulator():
         yield ("twin",), "no package beside oilfilm simulates logs; use logs of a rig."
     if campaign.twin is not None and len(campaign.rigs) != 1:

@@ -11,8 +11,8 @@ it.
     A = kappa^2 (4 + sum x_d x_d' + sum x_d x_e x_d' x_e')
     B = kappa^2 (sum a_d^2 M_d + p^2 M_P M_U M_T) + bends
 
-which is A (1 + M/2) + B (1/2 + M/2). kappa is the size of the departure. The main effect a_d of
-condition d and the interaction p are in units of it (`DepartureSizes`). A condition with two levels
+which is A (1 + M/2) + B (1/2 + M/2). kappa is the standard deviation of each linear term of A. The
+main effect a_d of condition d and the interaction p are in units of it (`DepartureSizes`). A condition with two levels
 has no main effect a_d: between two levels no data can check the law, so the bend there has a size
 that kappa does not scale.
 
@@ -74,7 +74,9 @@ class DepartureSizes:
     """Sizes (standard deviations and lengths) of the departure from the law.
 
     Attributes:
-        kappa: Size of the departure that is expected anywhere, in ln mu.
+        kappa: Standard deviation of each linear term of the departure, in ln mu. By the medians of
+            the priors the departure has 2.6 kappa in the middle of the tested conditions, and more
+            away from it.
         main: Sizes of the main effects of P, U and T, in units of kappa, shape (3,).
         interaction: Size of the interaction, in units of kappa.
         slip_length: Correlation length over the scaled slip.

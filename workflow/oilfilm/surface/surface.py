@@ -92,8 +92,8 @@ class LawVerdict:
     """What the measurements say of the law.
 
     Attributes:
-        kappa: Size of the departure from the law that is expected anywhere, in ln mu. The misfit
-            at the measured points is another number.
+        kappa: Standard deviation of each linear term of the departure from the law, in ln mu
+            (`DepartureSizes`). The misfit at the measured points is another number.
         constants: Free internal constants, shape (free constants,).
         standard_errors: Their standard errors, shape (free constants,). They have a meaning only
             where the law fits.
