@@ -12,9 +12,9 @@ it.
     B = kappa^2 (sum a_d^2 M_d + p^2 M_P M_U M_T) + bends
 
 which is A (1 + M/2) + B (1/2 + M/2). kappa is the standard deviation of each linear term of A. The
-main effect a_d of condition d and the interaction p are in units of it (`DepartureSizes`). A condition with two levels
-has no main effect a_d: between two levels no data can check the law, so the bend there has a size
-that kappa does not scale.
+main effect a_d of condition d and the interaction p are in units of it (`DepartureSizes`). A
+condition with two levels has no main effect a_d: between two levels no data can check the law, so
+the bend there has a size that kappa does not scale.
 
 Decides: the smoothness of a surface; the bend of traction between two levels of a condition.
 """

@@ -33,7 +33,8 @@ from oilfilm.surface.kernels import (
 )
 from oilfilm.surface.reduction import ReducedCurves
 
-# Prior of kappa, which sets the size of the departure from the law. It allows any law, exact or wrong.
+# Prior of kappa, which sets the size of the departure from the law. It allows any law, exact or
+# wrong.
 MISFIT_KAPPA_PRIOR = LogNormal(median=0.03, ln_sd=2.0, smallest=1e-4, largest=3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.
