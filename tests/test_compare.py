@@ -15,10 +15,18 @@ from oilfilm import tables
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import compare, main
 from oilfilm.cli.compare import read_fits
+from oilfilm.cli.compare_plot import comparison_figure
 from oilfilm.fits.fitted import SLIP
 from oilfilm.fits.oil_pairs import oil_pair, read_oil
-from oilfilm.fits.side_by_side import comparison_conditions, comparison_table
+from oilfilm.fits.side_by_side import (
+    MU_COLUMNS,
+    RATIO_COLUMNS,
+    comparison_conditions,
+    comparison_table,
+)
+from oilfilm.surface.support import Support
 from oilfilm.traction.law import CONDITIONS
+from pictures import nothing_is_cut_off
 
 NAMES = [*CONDITIONS, "slide_roll_ratio"]
 AT = {NAMES[0]: 1.25, NAMES[1]: 30.0, NAMES[2]: 80.0}
@@ -138,6 +146,25 @@ def test_command_names_campaigns_and_marks_what_was_not_tested(
     assert picture.stat().st_size > 0
     assert main([*words, "--stress", "2.5GPa"]) == 0
     assert "outside" in capsys.readouterr().out
+
+
+def test_picture_has_room_for_names_of_any_length_and_form() -> None:
+    long_name = "/".join(["results of the laboratory in another town"] * 4)
+    names = [f"{long_name}, oil", "_hidden $a_b$"]
+    slips = np.linspace(0.01, 0.3, 20)
+    shared = {"outside": False, "over_limit": False, "ratio_outside": True}
+    shared |= {"ratio_support": Support.SUPPORTED, "ratio_of": "laws"}
+    mu_and_ratio = dict.fromkeys([*MU_COLUMNS, *RATIO_COLUMNS], 0.05)
+    curves = pd.concat(
+        pd.DataFrame({"fit": name, SLIP: slips, **mu_and_ratio, **shared}) for name in names
+    )
+    conditions_text = "P 1.25 GPa, U 30 m/s, T 80 degC, and more text than a line can hold, " * 2
+    figure = comparison_figure(curves, conditions_text, has_simulated_data=True)
+    assert nothing_is_cut_off(figure)
+    entries = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert len(entries) == 2
+    assert "_hidden $a_b$" in entries[1]
+    assert "SIMULATED" in {text.get_text() for text in figure.texts}
 
 
 @pytest.mark.slow

@@ -21,7 +21,7 @@ from command_line import printed_objects
 from foreign_logs import CONDITIONS, GERMAN, bench_and_runs, write_logs
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.cli.init import NewProject, make_project
+from oilfilm.cli.init import NewProject, lines_on_abilities, make_project
 from oilfilm.cli.settings_line import settings_line
 from oilfilm.curation.curate import curate_logs
 from oilfilm.logs.base import NO_DIALECT
@@ -306,7 +306,7 @@ def test_names_are_of_one_oil_where_they_differ_in_nothing_but_the_word_oil(
     labels: list[str], labels_of_oil: dict[str, list[str]]
 ) -> None:
     runs = [SniffedRun(oil_name=label) for label in labels]
-    log = SniffedLog("a.xlsx", "xlsx", NO_DIALECT, {}, {}, [], [], "", runs, may_be_log=True)
+    log = SniffedLog("a.xlsx", "xlsx", NO_DIALECT, {}, {}, [], {}, "", runs, may_be_log=True)
     assert Findings([log]).labels_of_oil == labels_of_oil
 
 
@@ -331,6 +331,43 @@ def test_logs_are_copied_and_a_given_run_sheet_is_kept(tmp_path: Path) -> None:
         assert (
             made_project.raw_folder / path.relative_to(tmp_path / "logs")
         ).read_bytes() == content
+
+
+def test_a_run_sheet_that_is_named_beside_its_folder_is_one(tmp_path: Path) -> None:
+    write_logs(tmp_path / "logs", BENCH, RUNS[:1])
+    sheet = tmp_path / "logs/runs.csv"
+    sheet.write_text("file;remarks\nMessung_0.csv;ours\n", encoding="utf-8")
+    made_project = project_of(tmp_path / "p", [tmp_path / "logs", sheet])
+    assert (made_project.raw_folder / "runs.csv").read_bytes() == sheet.read_bytes()
+
+
+def test_a_project_is_not_called_as_the_patterns_of_settings(tmp_path: Path) -> None:
+    logs = write_logs(tmp_path / "logs", BENCH, RUNS[:1])
+    with pytest.raises(OilfilmError, match="Choose another name"):
+        make_project(tmp_path / "template", logs)
+    assert not (tmp_path / "template").exists()
+
+
+def test_film_is_not_called_unknown_where_oil_and_rig_come_with_oilfilm() -> None:
+    def abilities(oil_name: str) -> str:
+        run = SniffedRun(oil_name=oil_name, rig_name="ball-on-disc-20mm")
+        log = SniffedLog("a", "csv", NO_DIALECT, {}, {}, [], {}, "", [run], may_be_log=True)
+        return " ".join(lines_on_abilities(Findings([log])))
+
+    assert "film thickness" in abilities("B-12")
+    assert "film thickness" not in abilities("4102")
+
+
+def test_runs_without_an_oil_in_the_sheet_are_counted(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = write_logs(tmp_path / "logs", BENCH, RUNS[:3])
+    logs[0].write_bytes(logs[0].read_bytes().replace(b"B-12", b"C-12"))
+    with_oil = logs[1].read_bytes()
+    logs[1].write_bytes(re.sub(rb"(?m)^.*B-12.*\n", b"", with_oil))
+    assert with_oil != logs[1].read_bytes()
+    main(["init", "--no-questions", str(tmp_path / "p"), *map(str, logs)])
+    assert "data/raw/p/runs.csv: fill in the column oil of 1 run" in capsys.readouterr().out
 
 
 def test_nothing_is_overwritten_or_left_behind(tmp_path: Path) -> None:

@@ -13,10 +13,20 @@ from bad_logs import UNITS, good, pcs
 from formats import csv
 from oilfilm.base.errors import OilfilmError
 from oilfilm.cli import main
-from oilfilm.cli.dialogue import FILL_IN, OpenLine, ProjectCheck, check_project, open_lines
+from oilfilm.cli.dialogue import (
+    FILL_IN,
+    OpenLine,
+    ProjectCheck,
+    check_project,
+    open_lines,
+    outcome_lines,
+)
 from oilfilm.cli.dialogue import _ask_about_settled_rows as ask_about_settled_rows
 from oilfilm.cli.dialogue import _value_of_answer as value_of_answer
+from oilfilm.cli.init import _semantics_lines as semantics_lines
 from oilfilm.cli.init import make_project
+from oilfilm.logs.base import NO_DIALECT
+from oilfilm.logs.sniff import Findings, SniffedLog, SniffedRun
 
 # Names in Japanese, but that of the ball, which is Finnish: no list of words has it.
 FOREIGN = {
@@ -168,14 +178,14 @@ def test_answers_before_the_end_of_input_are_kept(
 def test_an_answer_that_is_no_value_is_refused(answer: str) -> None:
     line = OpenLine("config/rigs/june.yaml", 3, f"  bench_number: # {FILL_IN}: the number")
     with pytest.raises(OilfilmError, match="expected a number or a word"):
-        value_of_answer(line, answer, ())
+        value_of_answer(line, answer, {})
 
 
 def test_a_definition_of_slip_that_is_none_is_refused() -> None:
     line = OpenLine("config/rigs/june.yaml", 3, f"  slide_roll_ratio: # {FILL_IN}: over_mean")
     with pytest.raises(OilfilmError, match="over_mean"):
-        value_of_answer(line, "over_everything", ())
-    assert value_of_answer(line, "over_sum", ()) == "over_sum"
+        value_of_answer(line, "over_everything", {})
+    assert value_of_answer(line, "over_sum", {}) == "over_sum"
 
 
 @pytest.mark.parametrize(
@@ -330,6 +340,53 @@ def test_meaning_that_a_name_leaves_open_is_confirmed_never_taken(tmp_path: Path
         if line.key == "load"
     ]
     assert "maximum or the mean" in line.what_is_asked
+
+
+COLUMN = OpenLine("june.yaml", 3, f"  slide_roll_ratio: {{name: }}  {FILL_IN}: the name")
+
+
+def test_a_column_of_the_slip_is_asked_for_by_its_name() -> None:
+    # its definition is a line of the same key
+    assert value_of_answer(COLUMN, "Schlupf", {"Schlupf": "%"}) == {"name": ["Schlupf"]}
+    with pytest.raises(OilfilmError, match="no log has the column 'over_mean'"):
+        value_of_answer(COLUMN, "over_mean", {"Schlupf": "%"})
+
+
+def test_a_unit_in_the_row_below_the_names_is_not_asked_for() -> None:
+    # a column without any unit is
+    assert value_of_answer(COLUMN, "Slip", {"Slip": "%"}) == {"name": ["Slip"]}
+    assert value_of_answer(COLUMN, "Slip", {"Slip": ""}) == {"name": ["Slip"], "unit": None}
+
+
+def test_columns_that_differ_by_their_unit_are_told_apart() -> None:
+    line = OpenLine("june.yaml", 3, f"  disc_speed: {{name: }}  {FILL_IN}: the name")
+    columns = {"Speed [rpm]": "", "Speed [m/s]": "", "Disc [rpm]": ""}
+    assert value_of_answer(line, "Speed [rpm]", columns) == {"name": ["Speed [rpm]"]}
+    assert value_of_answer(line, "Disc [rpm]", columns) == {"name": ["Disc"]}
+    with pytest.raises(OilfilmError, match=r"Speed \[rpm\] or Speed \[m/s\]"):
+        value_of_answer(line, "Speed", columns)
+
+
+def test_path_of_a_log_keeps_the_folder_that_is_called_as_the_project() -> None:
+    refusal = {"rule": "load", "reason": "no load", "advice": "Ask june/config", "run_id": ""}
+    refused = {"verdict": "refused", "file": "june/data/raw/june/a.csv", "runs": [], "notes": []}
+    refused["run_sheet_rows"] = 1
+    project_check = ProjectCheck("", [{**refused, "refusals": [refusal]}])
+    text = "\n".join(outcome_lines(project_check, Path("june")))
+    assert "data/raw/june/a.csv" in text
+    assert "june/data" not in text
+
+
+def test_definition_of_the_slip_is_asked_for_where_its_column_is_not_known() -> None:
+    settled = SniffedRun(unit_of_quantity={"load": "N", "traction_force": "N"})
+    unnamed = ["slide_roll_ratio"]
+    log = SniffedLog("a", "csv", NO_DIALECT, {}, {}, unnamed, {"Kanal 3": ""}, "", [settled], True)
+    (line,) = [line for line in semantics_lines(Findings([log])) if line.key != "zero"]
+    assert (line.key, line.value) == ("slide_roll_ratio", None)
+    # nor is anything asked where two speeds give the slip
+    other = ["ball_speed", "disc_speed"]
+    log = SniffedLog("a", "csv", NO_DIALECT, {}, {}, other, {"Kanal 3": ""}, "", [settled], True)
+    assert [line for line in semantics_lines(Findings([log])) if line.key != "zero"] == []
 
 
 def test_own_check_is_that_of_the_command(tmp_path: Path) -> None:

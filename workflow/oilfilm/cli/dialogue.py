@@ -5,6 +5,7 @@ Decides: which answers a line of the settings takes.
 
 import csv
 import io
+import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -67,6 +68,12 @@ class OpenLine:
     def value(self) -> Any:
         """The value that the line has already."""
         return yaml.safe_load(self.text.strip())[self.key]
+
+    @property
+    def column(self) -> dict[str, Any] | None:
+        """Name and unit of a column, if the line is one of `columns`; else None."""
+        value = self.value
+        return value if isinstance(value, dict) and "name" in value else None
 
     @property
     def what_is_asked(self) -> str:
@@ -146,19 +153,22 @@ def outcome_lines(project_check: ProjectCheck, folder: Path) -> Iterator[str]:
         return
     accepted_count = len(project_check.log_reports) - len(project_check.refused_reports)
     yield f"check: {accepted_count} of {len(project_check.log_reports)} logs are accepted"
+    # data/raw may have a folder of the same name, which stays in its path
+    paths_in_folder = re.compile(rf"(?<![\w/.-]){re.escape(str(folder))}/")
     reports_by_rule: dict[str, list[dict[str, Any]]] = {}
     for log_report in project_check.refused_reports:
         reports_by_rule.setdefault(_most_frequent_rule(log_report), []).append(log_report)
     for log_reports in list(reports_by_rule.values())[:_MAX_SHOWN_REASONS]:
         for line in verdict_lines(log_reports[0]):
-            yield f"  {line}".replace(f"{folder}/", "")
+            yield f"  {paths_in_folder.sub('', line)}"
         if len(log_reports) > 1:
             more_count = len(log_reports) - 1
             noun = "log" if more_count == 1 else "logs"
             yield f"  and {more_count} more {noun} for this reason"
     if len(reports_by_rule) > _MAX_SHOWN_REASONS:
         other_count = len(reports_by_rule) - _MAX_SHOWN_REASONS
-        yield f"  and {other_count} other reasons: see `oilfilm check`"
+        noun = "reason" if other_count == 1 else "reasons"
+        yield f"  and {other_count} other {noun}: see `oilfilm check`"
 
 
 def _most_frequent_rule(log_report: Mapping[str, Any]) -> str:
@@ -173,7 +183,7 @@ def ask_and_check(
     folder: Path,
     campaign_name: str,
     file_names: Sequence[str],
-    column_names: Sequence[str],
+    unit_of_column: Mapping[str, str],
     ask: Ask,
     say: Say,
 ) -> ProjectCheck | None:
@@ -183,7 +193,7 @@ def ask_and_check(
         folder: The project.
         campaign_name: Its campaign.
         file_names: Paths of its settings files, below the folder.
-        column_names: Names of the columns of the logs.
+        unit_of_column: Name of each column of the logs -> the unit beside or below it, or empty.
         ask: Asks a person.
         say: Shows a line.
 
@@ -204,7 +214,7 @@ def ask_and_check(
         if not lines_to_fill_in and project_check is not None:
             break
         answered_texts = [
-            _answered_line(line, column_names, ask_or_later, say) for line in lines_to_fill_in
+            _answered_line(line, unit_of_column, ask_or_later, say) for line in lines_to_fill_in
         ]
         _write_answers(folder, zip(lines_to_fill_in, answered_texts, strict=True))
         if open_lines(folder, file_names):
@@ -263,7 +273,7 @@ def _ask_about_settled_rows(
     return True
 
 
-def _answered_line(line: OpenLine, column_names: Sequence[str], ask: Ask, say: Say) -> str:
+def _answered_line(line: OpenLine, unit_of_column: Mapping[str, str], ask: Ask, say: Say) -> str:
     """The text of a line with the answer of a person; as it is where the answer is empty."""
     say(f"{line.file}, line {line.number}: {line.key}")
     say(f"  {line.what_is_asked}")
@@ -273,7 +283,7 @@ def _answered_line(line: OpenLine, column_names: Sequence[str], ask: Ask, say: S
         if not answer:
             return line.text
         try:
-            value = _value_of_answer(line, answer, column_names)
+            value = _value_of_answer(line, answer, unit_of_column)
         except OilfilmError as mistake:
             say(f"  {mistake}")
             continue
@@ -282,12 +292,14 @@ def _answered_line(line: OpenLine, column_names: Sequence[str], ask: Ask, say: S
             unit_line = OpenLine(
                 line.file, line.number, indent + settings_line(line.key, value, comment)
             )
-            return _answered_line(unit_line, column_names, ask, say)
+            return _answered_line(unit_line, unit_of_column, ask, say)
         return indent + settings_line(line.key, value)
 
 
 def _prompt(line: OpenLine) -> str:
     """The question for the value of a line."""
+    if line.column is not None:
+        return "Unit:" if line.column["name"] else "Name of the column:"
     if line.key == "film_unjudged":
         return "Reason why points without a film thickness may be used:"
     if line.key == "zero":
@@ -296,19 +308,21 @@ def _prompt(line: OpenLine) -> str:
         return "Length, as 38.5mm or 0.0385:"
     if isinstance(line.value, dict) and "youngs_modulus_pa" in line.value:
         return "Young's modulus in Pa and Poisson's ratio, as 206e9 0.3, or steel:"
-    if isinstance(line.value, dict) and line.value.get("name"):
-        return "Unit:"
-    if isinstance(line.value, dict) and "name" in line.value:
-        return "Name of the column:"
     return "Value:"
 
 
-def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -> Any:
+def _value_of_answer(line: OpenLine, answer: str, unit_of_column: Mapping[str, str]) -> Any:
     """The answer as the value of a line.
 
     Raises:
         OilfilmError: The line cannot take it.
     """
+    column = line.column
+    if column is not None and column["name"]:
+        _refuse_unit(line.key, answer)
+        return {**column, "unit": answer}
+    if column is not None:
+        return _column_of_answer(line.key, answer, unit_of_column)
     if line.key == "film_unjudged":
         return {"accept": True, "reason": answer}
     if line.key in ("zero", "slide_roll_ratio"):
@@ -328,11 +342,6 @@ def _value_of_answer(line: OpenLine, answer: str, column_names: Sequence[str]) -
         return length_m
     if isinstance(line.value, dict) and "youngs_modulus_pa" in line.value:
         return _elasticity_of_answer(answer)
-    if isinstance(line.value, dict) and line.value.get("name"):
-        _refuse_unit(line.key, answer)
-        return {**line.value, "unit": answer}
-    if isinstance(line.value, dict) and "name" in line.value:
-        return _column_of_answer(line.key, answer, column_names)
     return _plain_value(answer)
 
 
@@ -374,21 +383,33 @@ def _elasticity_of_answer(answer: str) -> dict[str, float]:
     return values
 
 
-def _column_of_answer(key: str, answer: str, column_names: Sequence[str]) -> dict[str, Any]:
+def _column_of_answer(key: str, answer: str, unit_of_column: Mapping[str, str]) -> dict[str, Any]:
     """Name and unit of the column that an answer names, as a group of keys.
 
+    The name is without the unit in its brackets, unless another column has the same name with
+    another unit.
+
     Raises:
-        OilfilmError: The logs have no such column.
+        OilfilmError: The logs have no such column, or several.
     """
-    matching_names = [
-        name for name in column_names if answer in (name, split_bracketed_unit(name)[0])
-    ]
+    bare_name_of_column = {name: split_bracketed_unit(name)[0] for name in unit_of_column}
+    matching_names = [name for name in unit_of_column if bare_name_of_column[name] == answer]
+    if answer in unit_of_column:
+        matching_names = [answer]
     if not matching_names:
         raise OilfilmError(
-            f"no log has the column {answer!r}; there are {', '.join(column_names)}."
+            f"no log has the column {answer!r}; there are {', '.join(unit_of_column)}."
         )
-    column_name, unit = split_bracketed_unit(matching_names[0])
-    if unit:
+    if len(matching_names) > 1:
+        raise OilfilmError(
+            f"{answer!r} may be {' or '.join(matching_names)}. Give the name with its unit."
+        )
+    (column_name,) = matching_names
+    bare_name = bare_name_of_column[column_name]
+    if bare_name != column_name:
+        is_only_one = list(bare_name_of_column.values()).count(bare_name) == 1
+        return {"name": [bare_name if is_only_one else column_name]}
+    if unit_of_column[column_name]:
         return {"name": [column_name]}
     _, unit = split_unit(column_name)
     is_known = unit != "" and VOCABULARY.is_convertible(key, unit)

@@ -47,7 +47,7 @@ from oilfilm.logs.sniff import (
     sniff,
 )
 from oilfilm.settings.messages import load
-from oilfilm.settings.resolve import resolve, safe_name
+from oilfilm.settings.resolve import TEMPLATE_NAME, resolve, safe_name
 from oilfilm.settings.rig import Rig
 
 # Pages that messages and settings name, and the profile of snakemake.
@@ -58,6 +58,8 @@ _COPIED_FILES = (
 )
 # Marks a value that only the film thickness needs. The run does not stop without it.
 FOR_FILM = "# for the film"
+# The remark in the run sheet on a run whose log names no oil, where other logs name theirs.
+OIL_TO_FILL_IN = "FILL IN: the oil"
 # The comment on a source of the zero of the force: why it suits some runs.
 _COMMENT_BY_ZERO_SOURCE = {
     "rolling_phases": "guess: {which} begin and end with pure rolling",
@@ -95,9 +97,15 @@ class NewProject:
     text_by_path: Mapping[str, str]
 
     @property
-    def column_names(self) -> list[str]:
-        """Names of the columns of all logs."""
-        return list(dict.fromkeys(chain.from_iterable(log.names for log in self.findings.logs)))
+    def unit_of_column(self) -> dict[str, str]:
+        """Name of each column -> the unit beside or below it; empty where some log has none."""
+        unit_of_column: dict[str, str] = {}
+        for log in self.findings.logs:
+            for name, unit in log.unit_of_column.items():
+                # logs that disagree are read by the unit that the campaign file states
+                if unit_of_column.setdefault(name, unit) != unit:
+                    unit_of_column[name] = ""
+        return unit_of_column
 
     @property
     def lines_to_fill_in(self) -> list[tuple[str, int, str]]:
@@ -111,7 +119,11 @@ class NewProject:
 
 
 def run(options: argparse.Namespace) -> int:
-    """Write the folder, report the guesses and the lines to fill in; 1 if a log cannot be read."""
+    """Write the folder, report the guesses and the lines to fill in.
+
+    Returns:
+        1 if a log cannot be read, or if the check refuses all logs; else 0.
+    """
     project = make_project(options.folder, options.logs)
     _print(_opening_lines(project, str(options.folder)))
     if is_terminal() and not options.no_questions:
@@ -119,7 +131,7 @@ def run(options: argparse.Namespace) -> int:
             options.folder,
             project.campaign_name,
             list(project.text_by_path),
-            project.column_names,
+            project.unit_of_column,
             input,
             print,
         )
@@ -165,6 +177,11 @@ def _closing_lines(
         yield f"To fill in, because only you can know it: {len(lines_still_open)}"
         for line in lines_still_open:
             yield f"  {line.file}, line {line.number}: {' '.join(line.text.split())}"
+    sheet_file = f"data/raw/{project.campaign_name}/runs.csv"
+    run_count_without_oil = project.text_by_path.get(sheet_file, "").count(OIL_TO_FILL_IN)
+    if run_count_without_oil:
+        noun = "run" if run_count_without_oil == 1 else "runs"
+        yield f"{sheet_file}: fill in the column oil of {run_count_without_oil} {noun}"
     files_for_film = [path for path, text in project.text_by_path.items() if FOR_FILM in text]
     if files_for_film:
         yield f"For pressure and film thickness, fill in as well: {', '.join(files_for_film)}"
@@ -183,15 +200,22 @@ def lines_on_abilities(findings: Findings) -> Iterator[str]:
     else:
         yield "The logs can give traction coefficients over slip, with speed and temperature."
     runs = list(findings.runs)
-    what_is_missing = []
     if runs and all(run.is_settled for run in runs):
-        what_is_missing.append("whether a reading was steady (each row is one settled reading)")
-    if None in findings.run_count_of_zero_source:
-        what_is_missing.append("the zero of the force (neither pure rolling nor standstill)")
+        yield "They do not show whether a reading was steady: each row is one settled reading."
+    what_is_missing = []
+    count_without_zero = findings.run_count_of_zero_source[None]
+    if count_without_zero:
+        run_count = findings.run_count_of_zero_source.total()
+        of_runs = "" if count_without_zero == run_count else f" of {count_without_zero} runs"
+        what_is_missing.append(
+            f"the zero of the force{of_runs} (neither pure rolling nor standstill)"
+        )
     if findings.needs_contact:
         what_is_missing.append("the pressure, without the ball's radius and the moduli")
-    what_is_missing.append("the film thickness, without the files of oil and rig")
-    yield f"They cannot give {'; '.join(what_is_missing)}."
+    if _film_is_unknown(findings):
+        what_is_missing.append("the film thickness, without the files of oil and rig")
+    if what_is_missing:
+        yield f"They cannot give {'; '.join(what_is_missing)}."
 
 
 def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
@@ -206,6 +230,11 @@ def make_project(folder: Path, paths: Sequence[Path]) -> NewProject:
             be read.
     """
     campaign_name = safe_name(folder.resolve().name, folder)
+    if campaign_name == TEMPLATE_NAME:
+        raise OilfilmError(
+            f"{folder}: a file called {TEMPLATE_NAME}.yaml is a pattern and no campaign. Choose "
+            "another name for the folder."
+        )
     if folder.exists() and not (folder.is_dir() and not any(folder.iterdir())):
         raise OilfilmError(
             f"{folder}: exists already and is not empty. Name a new or an empty folder."
@@ -319,16 +348,17 @@ def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]
         OilfilmError: A name cannot be used, two logs have one name, or there are two run sheets.
     """
     path_by_log_name: dict[str, Path] = {}
-    sheet_files: list[Path] = []
+    # a sheet may be reached by its own path and by that of its folder
+    sheet_by_resolved_path: dict[Path, Path] = {}
     for path in paths:
         path_of_log_name: dict[str, Path] = {}
         if path.is_dir():
             path_of_log_name = {name: path / name for name in raw_log_names(path)}
             sheet_file = find_run_sheet(path)
             if sheet_file:
-                sheet_files.append(sheet_file)
+                sheet_by_resolved_path.setdefault(sheet_file.resolve(), sheet_file)
         elif is_run_sheet_of(path, path.parent):
-            sheet_files.append(path)
+            sheet_by_resolved_path.setdefault(path.resolve(), path)
         else:
             path_of_log_name = {path.name: path}
         for log_name, log_path in path_of_log_name.items():
@@ -341,6 +371,7 @@ def _logs_and_sheets(paths: Iterable[Path]) -> tuple[dict[str, Path], list[Path]
                     f"{log_path}: has the name of {first_path}. Rename one, or put both into one "
                     "folder with subfolders and name that folder."
                 )
+    sheet_files = list(sheet_by_resolved_path.values())
     if len(sheet_files) > 1:
         raise OilfilmError(
             f"{sheet_files[1]}: is a second run sheet beside {sheet_files[0]}. Leave one out."
@@ -413,7 +444,6 @@ def campaign_yaml(campaign_name: str, findings: Findings) -> str:
     unnamed_oil_comment = ""
     if findings.labels_of_oil == {"my-oil": []}:
         unnamed_oil_comment = "guess: no log names its oil; "
-    has_known_contacts = all(_has_known_contact(rig_name) for rig_name in findings.rig_names)
     labels_by_oil = {}
     for oil_name, labels in findings.labels_of_oil.items():
         if labels and labels != [oil_name]:
@@ -428,7 +458,7 @@ def campaign_yaml(campaign_name: str, findings: Findings) -> str:
         own_oil_names=own_oil_names,
         unnamed_oil_comment=unnamed_oil_comment,
         labels_by_oil=labels_by_oil,
-        film_is_unknown=bool(own_oil_names) or not has_known_contacts,
+        film_is_unknown=_film_is_unknown(findings),
         lines_by_group={
             "columns": list(_column_lines(findings)),
             "header": [
@@ -438,6 +468,12 @@ def campaign_yaml(campaign_name: str, findings: Findings) -> str:
             "semantics": list(_semantics_lines(findings)),
         },
     )
+
+
+def _film_is_unknown(findings: Findings) -> bool:
+    """Whether the film thickness needs an oil or a rig that does not come with oilfilm."""
+    all_oils_are_shipped = set(findings.labels_of_oil) <= set(shipped_names("oils").values())
+    return not all_oils_are_shipped or not all(map(_has_known_contact, findings.rig_names))
 
 
 def _has_known_contact(rig_name: str) -> bool:
@@ -518,12 +554,16 @@ def _semantics_lines(findings: Findings) -> Iterator[DraftLine]:
         if findings.needs_radii and source in ("rolling_phases", "opening_phase"):
             reason += "; true where the radii of the tracks make the beginning pure rolling"
         yield DraftLine("zero", source, reason)
-    if findings.is_slip_logged:
+    if findings.needs_slip_definition:
+        # a column with the project's name needs no line under `columns`
         column_names = findings.column_names_of_quantity.get(
             "slide_roll_ratio", ["slide_roll_ratio"]
         )
         meanings = [meaning_of(name) for name in column_names]
-        if all(meaning is not None and meaning.definition == "over_mean" for meaning in meanings):
+        is_column_known = "slide_roll_ratio" not in findings.names_to_choose_from
+        if is_column_known and all(
+            meaning is not None and meaning.definition == "over_mean" for meaning in meanings
+        ):
             yield DraftLine("slide_roll_ratio", "over_mean", "as the name says")
         else:
             comment = f"{FILL_IN}: over_mean, over_sum or over_faster: the speed that divides it"
@@ -588,7 +628,7 @@ def _rows_of_log(log: SniffedLog, findings: Findings) -> Iterator[dict[str, obje
         if findings.lacks_oil_in_some_logs:
             row["oil"] = ""
             if not run.oil_name:
-                remarks.append("FILL IN: the oil")
+                remarks.append(OIL_TO_FILL_IN)
         if run.is_settled and not run.log_kind:
             # a table of mu does not say that its rows are settled readings
             row["log_kind"] = "steps"

@@ -50,7 +50,7 @@ from oilfilm.logs.meaning import (
 )
 from oilfilm.logs.traction_log import TRACTION
 from oilfilm.settings.campaign import Campaign, Column
-from oilfilm.settings.resolve import resolve
+from oilfilm.settings.resolve import TEMPLATE_NAME, resolve
 from oilfilm.settings.resolved import Settings
 
 
@@ -160,7 +160,8 @@ class SniffedLog:
         unit_in_name_of_quantity: Quantity -> the unit in the name of its only candidate, where the
             log has no unit beside the name; empty where the name has none.
         missing_quantities: Quantities without a certain column.
-        names: Names of all columns.
+        unit_of_column: Name of each column -> the unit beside or below it; empty where there is
+            none.
         problem: Why the log cannot be read; empty where it can.
         runs: Its runs.
         may_be_log: Whether the file may be a log, be it a damaged one.
@@ -172,10 +173,15 @@ class SniffedLog:
     candidates_of_quantity: Mapping[str, base.NamesAndUnits]
     unit_in_name_of_quantity: Mapping[str, str]
     missing_quantities: Sequence[str]
-    names: Sequence[str]
+    unit_of_column: Mapping[str, str]
     problem: str
     runs: Sequence[SniffedRun]
     may_be_log: bool
+
+    @property
+    def names(self) -> list[str]:
+        """Names of all columns."""
+        return list(self.unit_of_column)
 
 
 @cache
@@ -250,7 +256,7 @@ def sniff(file: str, content: bytes, find_zero_source: ZeroSourceFinder) -> Snif
         guessed_candidates,
         unit_in_name_of_quantity,
         missing_quantities=_quantities_to_ask_for(missing_quantities, format_name),
-        names=list(dict.fromkeys(name for name, _ in names_and_units if name)),
+        unit_of_column=_unit_of_column(names_and_units),
         problem="" if runs else first_refusal.reason,
         runs=runs,
         may_be_log=not is_no_log,
@@ -314,6 +320,15 @@ def _format_and_names(content: bytes) -> tuple[str, base.NamesAndUnits]:
         columns_of_tables, key=lambda names: len(columns_by_quantity(names, VOCABULARY)), default=[]
     )
     return format_name, columns_of_best_table
+
+
+def _unit_of_column(names_and_units: base.NamesAndUnits) -> dict[str, str]:
+    """Name of each column -> its unit; of columns of one name the first counts."""
+    unit_of_column: dict[str, str] = {}
+    for name, unit in names_and_units:
+        if name:
+            unit_of_column.setdefault(name, unit)
+    return unit_of_column
 
 
 def _missing_quantities(candidates_by_quantity: Mapping[str, base.NamesAndUnits]) -> list[str]:
@@ -541,7 +556,7 @@ def shipped_names(config_folder: str) -> dict[str, str]:
         config_folder: `rigs` or `oils`.
     """
     paths = (CONFIG / config_folder).glob("*.yaml")
-    return {plain_key(path.stem): path.stem for path in paths if path.stem != "template"}
+    return {plain_key(path.stem): path.stem for path in paths if path.stem != TEMPLATE_NAME}
 
 
 @dataclass(frozen=True)
@@ -695,10 +710,13 @@ class Findings:
         return Counter(run.zero_source for run in self.runs if run.zero_source != "")
 
     @property
-    def is_slip_logged(self) -> bool:
-        """Whether the slip comes from a logged slide-roll ratio, whose definition is not known."""
+    def needs_slip_definition(self) -> bool:
+        """Whether the slip of a run comes, or may come, from a column of the slide-roll ratio."""
+        if "slide_roll_ratio" in self.names_to_choose_from:
+            return True
         return any(
-            run.unit_of_quantity and "ball_speed" not in run.unit_of_quantity for run in self.runs
+            "slide_roll_ratio" in run.unit_of_quantity and "ball_speed" not in run.unit_of_quantity
+            for run in self.runs
         )
 
     @property

@@ -30,6 +30,8 @@ from oilfilm.settings.resolved import Settings, merge
 from oilfilm.settings.rig import BearingFile, OilFile, Rig
 from oilfilm.settings.yaml_file import YamlFile, as_yaml, dotted_key, leaves, read_yaml
 
+# Name of the files that are patterns for files of a user's own, and are not read.
+TEMPLATE_NAME = "template"
 # In bytes. A file system takes 255; a release and the exports append to names.
 _MAX_NAME_BYTES = 100
 _NAME_PATTERN = re.compile(r"[\w-][\w.-]*")
@@ -224,7 +226,7 @@ def _path_by_name(folder: Path, kind: str) -> dict[str, Path]:
     for folder_of_kind in folders:
         for path in folder_of_kind.glob("*.yaml"):
             path_by_name[path.stem] = path
-    path_by_name.pop("template", None)
+    path_by_name.pop(TEMPLATE_NAME, None)
     return dict(sorted(path_by_name.items()))
 
 
