@@ -44,6 +44,25 @@ def test_pulses_and_decibels_convert_to_nothing(unit: str, target: str) -> None:
         conversion(unit, (target,))
 
 
+@pytest.mark.parametrize("unit", ["\u00baC", "\u02da C", "\u00b0 C", "Celsius"])
+def test_signs_that_keyboards_give_for_a_degree_are_read(unit: str) -> None:
+    assert conversion(unit, ("degC",)).convert(np.array([70.0])) == pytest.approx([70.0])
+
+
+def test_kilopond_is_a_kilogram_force() -> None:
+    assert conversion("kp", ("N",)).convert(np.array([1.0])) == pytest.approx([9.80665])
+
+
+@pytest.mark.parametrize(("unit", "newton"), [("\u043c\u041d", 1e-3), ("\u043a\u041d", 1e3)])
+def test_cyrillic_newtons_keep_their_prefix(unit: str, newton: float) -> None:
+    assert conversion(unit, ("N",)).convert(np.array([1.0])) == pytest.approx([newton])
+
+
+def test_cyrillic_meganewton_is_not_read_as_millinewton() -> None:
+    with pytest.raises(ValueError, match="is none of N"):
+        conversion("\u041c\u041d", ("N",))
+
+
 @pytest.mark.parametrize("unit", ["10**10**10", "9^9^9^9", "N*1e9", "N" * 41, "(N)", "N; N"])
 def test_unit_that_is_no_product_of_words_is_refused_uncomputed(unit: str) -> None:
     with pytest.raises(ValueError, match="is none of N"):

@@ -415,7 +415,7 @@ def test_fit_whose_speed_is_not_known_is_exported_without_adore(config: Settings
 
 def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None:
     tables = tables_of(DENG, ["4102"], {})
-    why = "not fitted: 0 accepted points"
+    why = "not fitted: no accepted points"
     lost = {"no_fit": "no points", "certified": False, "rmse": np.nan, "max_error": np.nan}
     tables = tables.replace(fit_quality=tables.fit_quality.assign(**lost))
     files = export_campaign(tables, config, PROVENANCE)

@@ -7,7 +7,7 @@ import pandas as pd
 
 from oilfilm.report.spreadsheet import write_csv
 
-HOSTILE = ("=HYPERLINK(1)", "+1+cmd|' /C calc'!A0", "-2+3", "@SUM(A1:A9)", "\t=1", "\r=1")
+HOSTILE = ("=HYPERLINK(1)", "+1+cmd|' /C calc'!A0", "-2+3", "@SUM(A1:A9)", "\t=1", "\r=1", "\n=1")
 
 
 def test_formula_of_a_log_is_text(tmp_path: Path) -> None:

@@ -17,7 +17,7 @@ _LAW_BY_NAME = {law.name: law for law in ALL_LAWS}
 # where errors or constants differ, the sentence on searches that disagree comes first.
 _CLAUSE_BY_DOUBT = {
     "searches disagree": "{searches_agreeing} of {searches} searches agree",
-    "errors differ": "their SSE differ by {sse_spread:.1e}",
+    "errors differ": "their SSE differ by {sse_spread:.1e} of the best one",
     "constants differ": "their constants differ by {constant_spread:.1e} standard errors",
     "gradient": "gradient cosine {gradient_cosine:.1e}",
     "negative traction": "mu falls to {min_traction:.1e} in the tested box",
@@ -30,14 +30,14 @@ _REASON_BY_NO_FIT = {
     "conditions did not vary": "the law needs these conditions to vary, independently of the "
     "others: {unvaried}",
     "no value": "the law needs conditions above zero, and a measured one is not",
-    "no points": "0 accepted points",
-    "unknown traction": "{unusable_points:.0f} accepted points have no traction coefficient or no "
-    "slip",
+    "no points": "no accepted points",
+    "unknown traction": "accepted points without a traction coefficient or a slip: "
+    "{unusable_points:.0f}",
     "no slip": "every slide-roll ratio is zero, where traction says nothing",
     "no traction": "no accepted point has traction above zero; is the sign of the force right "
     "(semantics of the campaign file)?",
-    "too few points": "{n_points} accepted points, {distinct_points:.0f} of them distinct; at "
-    "least {points_needed:.0f} distinct ones are needed",
+    "too few points": "accepted points: {n_points}, distinct ones: {distinct_points:.0f}, needed: "
+    "{points_needed:.0f} distinct ones",
     "constant traction": "mu is the same at every point, whatever the slip",
     "all constants at bounds": "every constant ended at a bound of its search, so that the law "
     "does not describe these points; are the units of force, load and slip right?",

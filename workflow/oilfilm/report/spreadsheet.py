@@ -7,7 +7,7 @@ import pandas as pd
 from oilfilm.base.atomic_write import write_text
 
 # A spreadsheet may run a text that begins with one of these.
-_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r")
+_FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n")
 
 
 def write_csv(frame: pd.DataFrame, path: Path) -> None:
