@@ -28,6 +28,6 @@ with run.job(snakemake) as job:
         copies_folder=package_file.parents[3],  # local copies of object storage; else this folder
     )
     folder, is_new = make_release(finished_run, releases)
-    # the log is the same after a job that was killed behind its release and ran again
+    # a job that was killed after it had made its release runs again, and writes the same log
     Path(snakemake.log[0]).write_text(f"{folder}: the release of this run\n", encoding="utf-8")
     run.print_line(f"{folder}: {'released' if is_new else 'exists already, with the same bytes'}")
