@@ -73,8 +73,9 @@ def test_a_law_without_refits_has_no_sentence_about_draws(config: Settings) -> N
     assert "draws" not in told(["agree"], [0], [0.0], config)
 
 
-def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) -> None:
-    points = pd.DataFrame(
+def points_of_map() -> pd.DataFrame:
+    """Two speeds at each of two loads."""
+    return pd.DataFrame(
         {
             "bearing": "any",
             "inlet_temperature_c": 100.0,
@@ -83,6 +84,10 @@ def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) ->
             "axial_load_n": [1e3, 1e3, 1e4, 1e4],
         }
     )
+
+
+def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) -> None:
+    points = points_of_map()
     judged = {"judgement": ["agree", "heats more", "agree", "no film"]}
     advice = points.assign(**judged, advised_oil="4010", best_oil=["4010", "4050", "4010", ""])
     # 96, 90, 99 and 100 of 100 draws; the last point has no best oil in the map
@@ -105,15 +110,7 @@ def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) ->
 def test_dot_is_for_the_oil_of_the_cell_and_not_for_one_that_no_rule_names(
     config: Settings,
 ) -> None:
-    points = pd.DataFrame(
-        {
-            "bearing": "any",
-            "inlet_temperature_c": 100.0,
-            "inner_speed_rpm": [1e3, 2e3, 1e3, 2e3],
-            "pitch_speed_mm_rpm": [1e6, 2e6, 1e6, 2e6],
-            "axial_load_n": [1e3, 1e3, 1e4, 1e4],
-        }
-    )
+    points = points_of_map()
     judgements = ["agree", "agree", "agree", NO_EQUILIBRIUM]
     advice = points.assign(judgement=judgements, advised_oil="4010", best_oil="4010")
     draws = {"draws_answered": 100, "draws_unanswered": 0}
