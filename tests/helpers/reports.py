@@ -86,7 +86,10 @@ def results_of(config: Settings, oils: tuple[str, ...] = OILS) -> CampaignTables
         ),
         coverage=rows("coverage", {"oil": "4102", "state": "accepted", "planned": True}),
         gate_counts=rows("gate_counts", {"gate": "stuck_sensor", "what": "run", "points": 31}),
-        refused_pages=rows("refused_pages", {"run_id": "stuck.csv", "page": "stuck.png", **about}),
+        refused_pages=rows(
+            "refused_pages",
+            {"file": "stuck.csv", "run_id": "stuck.csv", "page": "stuck.png", **about},
+        ),
         **together,
         soundness=rows(
             "soundness",
