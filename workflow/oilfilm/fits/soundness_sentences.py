@@ -88,18 +88,24 @@ def _smallest_visible_change_sentence(
     if not visible_sizes:
         return f"No {course_in_words} would have been seen."
     visible_text = (
-        f"A {course_in_words} of {' or '.join(visible_sizes)} would most likely have been seen"
+        f"A {course_in_words} of {_joined_by_or(visible_sizes)} would most likely have been seen"
     )
     if not invisible_quantities:
         return f"{visible_text}."
-    return f"{visible_text}, but none of {' or '.join(invisible_quantities)}."
+    return f"{visible_text}, but none of {_joined_by_or(invisible_quantities)}."
+
+
+def _joined_by_or(texts: Sequence[str]) -> str:
+    """Texts as `a`, `a or b`, `a, b or c`."""
+    *first_texts, last_text = texts
+    return f"{', '.join(first_texts)} or {last_text}" if first_texts else last_text
 
 
 # What a change of the rig changes: the quantity, and how the size of a change is written, by the
 # name of the effect in columns.
 _WORDS_BY_EFFECT = {
     "gain": ("the traction force", "{:.1%} of the traction force"),
-    "zero": ("the zero of the force", "{:.2g} in mu by the zero of the force"),
+    "zero": ("the zero of the force", "{:.2g} in mu (zero of the force)"),
     "slip_scale": ("the slip", "{:.1%} of the slip"),
     "temperature_k": ("the temperature", "{:.2g} K"),
 }
