@@ -213,6 +213,16 @@ def test_any_changed_byte_is_found_and_its_file_named(loose: Path, data: st.Data
         path.write_bytes(before)
 
 
+def test_one_file_that_differs_is_said_to_be_one(
+    loose: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    folder = tmp_path / "release"
+    shutil.copytree(loose, folder)
+    (folder / "summary.txt").unlink()
+    assert main(["verify", str(folder)]) == 1
+    assert capsys.readouterr().out.startswith(f"{folder}: 1 file is not as released:")
+
+
 def test_every_file_that_differs_is_missing_or_extra_is_named(
     loose: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

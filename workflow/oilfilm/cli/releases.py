@@ -12,7 +12,12 @@ from oilfilm.settings.resolve import campaign_names, read_config, resolve
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run one of these commands; exit code 1 where a release has changed or moved too far."""
+    """Run one of these commands.
+
+    Returns:
+        The exit code: 1 where a file of a release has changed, where a rebuild gives other results,
+        or where two releases differ by more than a limit; else 0.
+    """
     match options.command:
         case "verify":
             return _verify(options)
@@ -27,11 +32,16 @@ def run(options: argparse.Namespace) -> int:
 
 
 def _verify(options: argparse.Namespace) -> int:
-    """Check whether a release is unchanged and, with `--rebuild`, whether it can be made again."""
+    """Compare the files of a release with its checksums; with `--rebuild` make its results again.
+
+    Returns:
+        1 where a file or a result differs, else 0.
+    """
     stored_release = StoredRelease.open(options.release)
     changes = stored_release.find_changes()
     if changes:
-        print(f"{options.release}: {len(changes)} files are not as released:", *changes, sep="\n")
+        files_are = "1 file is" if len(changes) == 1 else f"{len(changes)} files are"
+        print(f"{options.release}: {files_are} not as released:", *changes, sep="\n")
         return 1
     checked_files = f"all {len(stored_release.record_by_path)} files"
     if stored_release.is_pin:
