@@ -413,6 +413,13 @@ def test_fit_whose_speed_is_not_known_is_exported_without_adore(config: Settings
 # ------------------------------------------------------------------------- what it says
 
 
+def test_fit_of_one_run_is_said_to_be_of_one(config: Settings) -> None:
+    tables = tables_of(DENG, ["4102"], {})
+    tables = tables.replace(fit_quality=tables.fit_quality.assign(n_points=31, n_curves=1))
+    fit = describe(tables, "4102", "4102", DENG, config)
+    assert fit.fit_sentences[0].startswith("Fit: 31 points of 1 run, rms error")
+
+
 def test_fit_without_a_curve_is_listed_with_the_reason(config: Settings) -> None:
     tables = tables_of(DENG, ["4102"], {})
     why = "not fitted: no accepted points"

@@ -23,7 +23,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns:
         The exit code: 0 for success, 1 for a refused log or a difference, 2 for a mistake, 130 if
-        interrupted.
+        interrupted. That of `oilfilm run` is Snakemake's where Snakemake starts.
     """
     if isinstance(sys.stdout, io.TextIOWrapper):
         # a character that the terminal cannot show is printed as its code

@@ -13,7 +13,12 @@ from oilfilm.base.errors import OilfilmError
 
 
 def run(options: argparse.Namespace) -> int:
-    """Run the workflow in a folder; the exit code is Snakemake's."""
+    """Run the workflow in a folder.
+
+    Returns:
+        The exit code of Snakemake: 0 for success, 1 where a job fails; negative, as the number of
+        the signal, where a signal ends it.
+    """
     words: list[str] = options.words
     separator = words.index("--") if "--" in words else len(words)
     folders = words[:separator]

@@ -379,8 +379,9 @@ class Description:
             sentences = list(self.published.sentences)
         else:
             quality = required_value(self.quality, "quality", "the description of a fit")
+            runs = "1 run" if quality["n_curves"] == 1 else f"{quality['n_curves']} runs"
             sentences = [
-                f"Fit: {quality['n_points']} points of {quality['n_curves']} runs, rms error of mu "
+                f"Fit: {quality['n_points']} points of {runs}, rms error of mu "
                 f"{quality['rmse']:.2g}; {self.certificate_sentence}"
             ]
             misfit = misfit_sentence(*self.misfit_and_scatter)

@@ -17,14 +17,14 @@ _LAW_BY_NAME = {law.name: law for law in ALL_LAWS}
 # where errors or constants differ, the sentence on searches that disagree comes first.
 _CLAUSE_BY_DOUBT = {
     "searches disagree": "{searches_agreeing} of {searches} searches agree",
-    "errors differ": "their SSE differ by {sse_spread:.1e} of the best one",
-    "constants differ": "their constants differ by {constant_spread:.1e} standard errors",
+    "errors differ": "their SSE exceed the smallest SSE by up to {sse_spread:.1e} of it",
+    "constants differ": "their constants differ by up to {constant_spread:.1e} standard errors",
     "gradient": "gradient cosine {gradient_cosine:.1e}",
     "negative traction": "mu falls to {min_traction:.1e} in the tested box",
     "flat": "the SSE is flat in a direction of the constants",
     "at bounds": "bounds reached: {bounds}",
 }
-# By the code in `no_fit`.
+# By the code in `no_fit`. Counts follow their nouns, so that no plural goes with 1.
 _REASON_BY_NO_FIT = {
     "properties unknown": "the law needs the oil's properties and one known contact (config)",
     "conditions did not vary": "the law needs these conditions to vary, independently of the "

@@ -263,7 +263,8 @@ function showRun() {
 // ---------------------------------------------------------------- tables
 
 const quoted = (text) => (/[",\n]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text);
-// What a spreadsheet would run as a formula; numbers and intervals may begin with a minus. As `csv_text`.
+// What a spreadsheet would run as a formula; numbers and intervals may begin with a minus. `csv_text` of Python
+// marks every text with a minus, and one that begins with a tab or a line end, which `plain` removes here.
 const FORMULA = /^(?:[=+@]|-(?![\d.][-\d.e %\u2026]*$))/i;
 // A minus of print makes a number a text in other programs.
 const plain = (text) => text.trim().replace(/\s+/g, " ").replaceAll("\u2212", "-");
