@@ -3,9 +3,12 @@
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from deng2026_study import study
-from deng2026_study.advice import NO_EQUILIBRIUM, OUTSIDE_FILM_FORMULA
+from deng2026_study.advice import NO_EQUILIBRIUM, OUTSIDE_FILM_FORMULA, advise
+from deng2026_study.settings import study_settings
 from deng2026_study.study import sections
 from oilfilm import tables
 from oilfilm.settings.resolved import Settings
@@ -73,38 +76,89 @@ def test_a_law_without_refits_has_no_sentence_about_draws(config: Settings) -> N
     assert "draws" not in told(["agree"], [0], [0.0], config)
 
 
-def points_of_map() -> pd.DataFrame:
-    """Two speeds at each of two loads."""
-    return pd.DataFrame(
-        {
-            "bearing": "any",
-            "inlet_temperature_c": 100.0,
-            "inner_speed_rpm": [1e3, 2e3, 1e3, 2e3],
-            "pitch_speed_mm_rpm": [1e6, 2e6, 1e6, 2e6],
-            "axial_load_n": [1e3, 1e3, 1e4, 1e4],
-        }
-    )
+# Speed in rpm and load in N of an operating point, and the oils there with their torque, lambda and
+# share of best draws. No cage slips: the least torque with a film decides.
+_OilNumbers = dict[str, tuple[float, float, float]]
+_FURTHER_OIL = "9999"
+_MAP: dict[tuple[float, float], _OilNumbers] = {
+    # one of the rules' oils is best in 96 % of the draws
+    (1e3, 1e3): {"4102": (3, 9, 0), "4050": (2, 8, 0.04), "4010": (1, 7, 0.96)},
+    # it is best in 90 %
+    (2e3, 1e3): {"4102": (3, 9, 0), "4050": (1, 8, 0.9), "4010": (2, 7, 0.1)},
+    # 4010 is the best of the rules' oils, but an oil that they do not name is better
+    (3e3, 1e3): {"4102": (3, 9, 0), "4050": (2, 8, 0), "4010": (1, 7, 0.01)},
+    # the rules advise 4010 if it has a film; 4050 is the best oil with and without that film
+    (1e3, 1e4): {"4102": (3, 9, 0), "4050": (1, 8, 0.99), "4010": (2, np.nan, 0)},
+    # 4010 may be the best oil, but it has no equilibrium
+    (2e3, 1e4): {"4102": (3, 9, 0), "4050": (1, 8, 1.0), "4010": (np.nan, np.nan, 0)},
+    # no oil has a film, but one has it in all draws
+    (3e3, 1e4): {"4102": (3, 2, 1.0), "4050": (2, 2, 0), "4010": (1, 2, 0)},
+}
 
 
-def test_picture_shows_the_best_oil_and_where_it_stays_best(config: Settings) -> None:
-    points = points_of_map()
-    judged = {"judgement": ["agree", "heats more", "agree", "no film"]}
-    advice = points.assign(**judged, advised_oil="4010", best_oil=["4010", "4050", "4010", ""])
-    # 96, 90, 99 and 100 of 100 draws; the last point has no best oil in the map
-    slips = points.assign(
-        oil="4010", best_share=[0.96, 0.9, 0.99, 1.0], draws_answered=100, draws_unanswered=0
-    )
-    results = CampaignTables.from_frames(
-        slip_advice=tables.filled_table(advice, "slip_advice"),
-        cage_slip=tables.filled_table(slips, "cage_slip"),
-    )
-    figure, drawn = draw("slip-advice", results, config)
-    assert nothing_is_cut_off(figure)
+def _map_of_cage_slip() -> pd.DataFrame:
+    """Table of cage slip of `_MAP`, with an oil that the rules do not name."""
+    rows = []
+    for (speed_rpm, load_n), oils in _MAP.items():
+        point = {"bearing": "any", "inlet_temperature_c": 100.0, "axial_load_n": load_n}
+        point |= {"inner_speed_rpm": speed_rpm, "pitch_speed_mm_rpm": 1e3 * speed_rpm}
+        further_oil = {_FURTHER_OIL: (9.0, 9.0, 0.0)}
+        if (speed_rpm, load_n) == (3e3, 1e3):
+            further_oil = {_FURTHER_OIL: (0.5, 9.0, 0.99)}
+        for oil, (torque_n_m, lambda_ratio, best_share) in (oils | further_oil).items():
+            numbers = {"torque_n_m": torque_n_m, "lambda_ratio": lambda_ratio}
+            # no equilibrium has neither a torque nor a slip
+            cage_slip = np.nan if np.isnan(torque_n_m) else 0.01
+            numbers |= {"cage_slip": cage_slip, "best_share": best_share}
+            rows.append(point | {"oil": oil} | numbers)
+    pressures = {"inner_max_hertz_pressure_gpa": 1.5, "outer_max_hertz_pressure_gpa": 1.5}
+    map_of_slip = pd.DataFrame(rows).assign(draws_answered=100, draws_unanswered=0, **pressures)
+    return tables.filled_table(map_of_slip, "cage_slip")
+
+
+@pytest.fixture(scope="module")
+def picture(config: Settings) -> tuple[Figure, pd.DataFrame]:
+    """The figure of `_MAP`, and what it draws."""
+    cage_slip = _map_of_cage_slip()
+    advice = advise(cage_slip, study_settings(config).selection, config.gates.lambda_limit)
+    assert advice["judgement"].tolist()[3:] == [OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM, "no film"]
+    results = CampaignTables.from_frames(slip_advice=advice, cage_slip=cage_slip)
+    return draw("slip-advice", results, config)
+
+
+def test_picture_dots_the_best_oil_only_where_that_oil_itself_stays_best(
+    picture: tuple[Figure, pd.DataFrame],
+) -> None:
+    figure, drawn = picture
     sure = drawn[drawn["series"] == "stays best"]
-    assert list(zip(sure["x"], sure["y"], strict=True)) == [(1.0, 1.0), (1.0, 10.0)]
-    assert len(drawn[drawn["series"] == "advised oil"]) == len(points)
+    assert set(zip(sure["x"], sure["y"], sure["oil"], strict=True)) == {
+        (1.0, 1.0, "4010"),
+        (1.0, 10.0, "4050"),
+    }
+    assert len(drawn[drawn["series"] == "advised oil"]) == len(_MAP)
     legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert {"it heats more", "no film thick enough"} <= set(legend)
+    assert {"best in at least 95 % of the draws", "no film thick enough"} <= set(legend)
+    assert nothing_is_cut_off(figure)
+
+
+def test_picture_shows_each_known_best_oil_and_no_other(
+    config: Settings, picture: tuple[Figure, pd.DataFrame]
+) -> None:
+    figure, _ = picture
+    best_axes, advised_axes = figure.axes[:2]
+    # by rows of load; "" is white
+    best_oils = [["4010", "4050", "4010"], ["4050", "", ""]]
+    oil_of_number = ["", *config.oils]
+    numbers_of_cells = np.asarray(best_axes.collections[0].get_array(), dtype=int)
+    assert np.array(oil_of_number)[numbers_of_cells].tolist() == best_oils
+    # symbols of cells without a choice: in (a) where the best oil is not known, in (b) all three
+    assert _symbols(best_axes) == {"x", "1"}
+    assert _symbols(advised_axes) == {"x", "+", "1"}
+
+
+def _symbols(axes: Axes) -> set[str]:
+    """Symbols of `axes` that tell why there is no choice."""
+    return {str(line.get_marker()) for line in axes.lines} & {"x", "+", "1"}
 
 
 def test_dot_is_for_the_oil_of_the_cell_and_not_for_one_that_no_rule_names(

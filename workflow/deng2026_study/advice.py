@@ -16,6 +16,9 @@ band over scenarios: the rules in each order, each limit times some factors, at 
 temperature. In a simulated campaign the true traction has a band of its own. `best_share` of the
 table of cage slip says how sure the best oil itself is.
 
+The best oil here is the best of the oils that the rules name: the advice can be no other oil. A
+campaign may have further oils, one of which may be better. `best_share` compares all of them.
+
 Decides: which oil the paper advises at an operating point, and how firm that is.
 """
 
@@ -35,7 +38,10 @@ from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
 from oilfilm.torque.bearing_torque import CaseGroup, FrictionCases, OilInBearing, stack_tables
 from oilfilm.torque.best_oil import (
+    NOT_KNOWN,
+    OPERATING_POINT_COLUMNS,
     arrays_by_oil,
+    best_oil_table,
     certain_and_possible_full_film,
     distinct_operating_points,
     find_best_oil,
@@ -219,6 +225,27 @@ def advise(
     return stack_tables([advice], "slip_advice")
 
 
+def has_known_best_oil(
+    advice: pd.DataFrame, cage_slip: pd.DataFrame, selection: SelectionSettings, lambda_limit: float
+) -> "pd.Series[bool]":
+    """Whether the rules' oils have a best one at each operating point, and it is known.
+
+    The judgement does not tell: it has no choice, too, where only the advised oil is not known.
+
+    Args:
+        advice: Table of advice.
+        cage_slip: Table of cage slip.
+        selection: `selection` of the study's settings.
+        lambda_limit: Lambda above which a film is full.
+    """
+    of_rules = cage_slip[cage_slip["oil"].isin(_oils_of_rules(selection))]
+    best_oils = best_oil_table(of_rules, selection.limits.slip_limit, lambda_limit)
+    with_best_oil = best_oils[~best_oils["best_oil"].isin(["", NOT_KNOWN])]
+    points = pd.MultiIndex.from_frame(advice[OPERATING_POINT_COLUMNS])
+    known_points = pd.MultiIndex.from_frame(with_best_oil[OPERATING_POINT_COLUMNS])
+    return pd.Series(points.isin(known_points), advice.index)
+
+
 def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap:
     """Motion of a bearing with each oil of the rules."""
     oils_of_rules = _oils_of_rules(selection)
@@ -241,7 +268,7 @@ def _slip_map(cage_slip: pd.DataFrame, selection: SelectionSettings) -> _SlipMap
 def _judge_advice(
     slip_map: _SlipMap, selection: SelectionSettings, lambda_limit: float
 ) -> pd.DataFrame:
-    """The advice and the best oil at each operating point, and whether they agree.
+    """The advice and the best oil of the rules at each operating point, and whether they agree.
 
     Returns:
         Most columns of the table of advice, and for each oil of the rules a column with its name:

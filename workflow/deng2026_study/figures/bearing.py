@@ -13,7 +13,9 @@ from deng2026_study.advice import (
     NO_EQUILIBRIUM,
     OUTSIDE_FILM_FORMULA,
     STAYS_BEST_SHARE,
+    has_known_best_oil,
 )
+from deng2026_study.settings import study_settings
 from oilfilm.base.units import RAD_S_PER_RPM
 from oilfilm.bearing.resistance import HEAT_TERMS
 from oilfilm.report.figures import style
@@ -21,7 +23,7 @@ from oilfilm.report.figures.bearing import axis_columns, torque
 from oilfilm.report.figures.sheet import SIMULATED, Panel, Sheet, declare_figure, text_figure
 from oilfilm.settings.resolved import Settings
 from oilfilm.tables.campaign_tables import CampaignTables
-from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, certainty_of_best_oil
+from oilfilm.torque.best_oil import OPERATING_POINT_COLUMNS, is_best_in_share
 
 # Share of an oil's colour in its field.
 _FIELD_TINT = 0.45
@@ -119,20 +121,20 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
 @declare_figure(
     family="bearing",
     tables=("slip_advice", "cage_slip"),
-    settings=("oils", "bearing"),
+    settings=("oils", "bearing", "gates", "studies"),
     requires="torque",
 )
 def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     """Choice of oil by cage slip.
 
-    (a) Best oil of those that the rules name, by the friction equilibrium with the fitted law: of
-    the oils that hold the cage the one with the least torque; if none holds it, the one with the
-    least slip. Dots: in at least 95 % of the draws of all uncertain inputs it is the best of all
-    oils. Rings: the best oil by the true traction of a simulated campaign is another one. (b) Oil
-    that the rules of the paper advise, with its cage slip at friction equilibrium. Symbols: the
-    advised oil is neither the best one nor nearly as good, and why. White: no oil is best, or none
-    is advised. Abscissa: dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load
-    (kN).
+    (a) Best of the oils that the rules of the paper name, by the friction equilibrium with the
+    fitted law. Of the oils that hold the cage it has the least torque; if none holds it, it has the
+    least slip. Dots: it is the best of all oils of the campaign in at least 95 % of the draws of
+    all uncertain inputs. Rings: the best oil by the true traction of a simulated campaign is
+    another one. White: no oil is best, or the best one is not known. (b) Oil that the rules of the
+    paper advise, with its cage slip at friction equilibrium. Symbols: the advised oil is neither
+    the best one nor nearly as good, and why. White: none is advised, or the choice is not known.
+    Abscissa: dmN, pitch diameter times speed (million mm rpm). Ordinate: axial load (kN).
     """
     advice, oils = results.slip_advice, list(settings.oils)
     if advice.empty:
@@ -141,21 +143,25 @@ def slip_advice(results: CampaignTables, settings: Settings) -> Sheet:
     sheet = Sheet(2, 2, height=2.2, across=0.3, sharex=True, sharey=True)
     sheet.axes_of_panels[0].set_yscale("log")
     sheet.axes_of_panels[0].yaxis.set_major_formatter("{x:g}")
-    best_panel = sheet.panel(0, "best oil")
+    best_panel = sheet.panel(0, "best of the rules' oils")
     advised_panel = sheet.panel(1, "oil that the paper advises")
     judgement = advice["judgement"]
     is_decided = ~judgement.isin(JUDGEMENTS_WITHOUT_CHOICE)
-    _draw_oils(best_panel, advice, "best_oil", is_decided, oils)
+    selection = study_settings(settings).selection
+    is_best_known = has_known_best_oil(
+        advice, results.cage_slip, selection, settings.gates.lambda_limit
+    )
+    _draw_oils(best_panel, advice, "best_oil", is_best_known, oils)
     _draw_oils(advised_panel, advice, "advised_oil", is_decided, oils)
     handles: list[Any] = [
         Patch(facecolor=style.tint(style.oil_colour(oil, oils), _FIELD_TINT), label=oil)
         for oil in oils
     ]
-    handles += _draw_certain_best(best_panel, advice[is_decided], results.cage_slip)
+    handles += _draw_certain_best(best_panel, advice[is_best_known], results.cage_slip)
     handles += _draw_wrong_by_truth(best_panel, advice)
     handles += _draw_judgements(advised_panel, advice)
-    for panel in (best_panel, advised_panel):
-        handles += _draw_undecided(panel, advice)
+    handles += _draw_undecided(best_panel, advice[~is_best_known])
+    handles += _draw_undecided(advised_panel, advice)
     sheet.label_axes(style.DMN_LABEL, style.AXIAL_LOAD_LABEL)
     labels = judgement + ", best " + advice["best_oil"].replace("", "none")
     advised_panel.record(
@@ -205,21 +211,18 @@ def _draw_oils(
 
 
 def _draw_certain_best(panel: Panel, advice: pd.DataFrame, cage_slip: pd.DataFrame) -> list[Any]:
-    """Draw dots where the best oil stays the best in nearly all draws; entries of the legend.
+    """Draw dots where the best oil stays best in nearly all draws; return entries of the legend.
 
     Args:
         panel: The panel.
-        advice: Rows of the table of advice in which a best oil is known.
-        cage_slip: Table of cage slip. It may have oils that no rule names.
+        advice: Rows of the table of advice with a known best oil.
+        cage_slip: Table of cage slip.
     """
-    rows_of_best_oil = cage_slip.merge(
-        advice[[*OPERATING_POINT_COLUMNS, "best_oil"]],
-        left_on=[*OPERATING_POINT_COLUMNS, "oil"],
-        right_on=[*OPERATING_POINT_COLUMNS, "best_oil"],
+    certain_rows = cage_slip[is_best_in_share(cage_slip, STAYS_BEST_SHARE)]
+    certain_oils = certain_rows[[*OPERATING_POINT_COLUMNS, "oil"]].rename(
+        columns={"oil": "best_oil"}
     )
-    certainty = certainty_of_best_oil(rows_of_best_oil, STAYS_BEST_SHARE).reset_index()
-    sure_points = certainty.loc[certainty["surely"], OPERATING_POINT_COLUMNS]
-    sure_rows = advice.merge(sure_points, on=OPERATING_POINT_COLUMNS)
+    sure_rows = advice.merge(certain_oils, on=[*OPERATING_POINT_COLUMNS, "best_oil"])
     look: style.Look = {"marker": "o", "markersize": 2.5, "color": "black"}
     oils = sure_rows["best_oil"]
     panel.dots(

@@ -219,9 +219,30 @@ def certainty_of_best_oil(cage_slip_table: pd.DataFrame, share: float) -> pd.Dat
     largest_of_point = cage_slip_table.groupby(OPERATING_POINT_COLUMNS, sort=False)[
         draw_columns
     ].max()
-    answered, unanswered = largest_of_point["draws_answered"], largest_of_point["draws_unanswered"]
-    best_draws = largest_of_point["best_share"].fillna(0.0) * answered
-    needed_draws = share * (answered + unanswered)
-    surely = reaches(best_draws, needed_draws)
+    surely = is_best_in_share(largest_of_point, share)
+    unanswered = largest_of_point["draws_unanswered"]
+    best_draws, needed_draws = _best_and_needed_draws(largest_of_point, share)
     perhaps = ~surely & reaches(best_draws + unanswered, needed_draws)
     return largest_of_point.assign(surely=surely, perhaps=perhaps)
+
+
+def is_best_in_share(cage_slip_table: pd.DataFrame, share: float) -> "pd.Series[bool]":
+    """Whether the oil of each row is best in a share of the draws of its operating point.
+
+    Draws without an answer count as draws in which another oil is best.
+
+    Args:
+        cage_slip_table: `best_share`, `draws_answered` and `draws_unanswered`.
+        share: Smallest share of all draws.
+    """
+    best_draws, needed_draws = _best_and_needed_draws(cage_slip_table, share)
+    return pd.Series(reaches(best_draws, needed_draws), cage_slip_table.index)
+
+
+def _best_and_needed_draws(
+    cage_slip_table: pd.DataFrame, share: float
+) -> tuple["pd.Series[float]", "pd.Series[float]"]:
+    """Draws in which the oil of each row is best, and those in which it must be."""
+    answered = cage_slip_table["draws_answered"]
+    best_draws = cage_slip_table["best_share"].fillna(0.0) * answered
+    return best_draws, share * (answered + cage_slip_table["draws_unanswered"])
