@@ -161,32 +161,6 @@ def _symbols(axes: Axes) -> set[str]:
     return {str(line.get_marker()) for line in axes.lines} & {"x", "+", "1"}
 
 
-def test_dot_is_for_the_oil_of_the_cell_and_not_for_one_that_no_rule_names(
-    config: Settings,
-) -> None:
-    points = points_of_map()
-    judgements = ["agree", "agree", "agree", NO_EQUILIBRIUM]
-    advice = points.assign(judgement=judgements, advised_oil="4010", best_oil="4010")
-    draws = {"draws_answered": 100, "draws_unanswered": 0}
-    # at the first point another oil is the best; at the last one the choice is not decided
-    slips = pd.concat(
-        [
-            points.assign(oil="4010", best_share=[0.01, 0.97, 0.5, 0.99], **draws),
-            points.assign(oil="own", best_share=[0.99, 0.03, 0.5, 0.01], **draws),
-        ]
-    )
-    results = CampaignTables.from_frames(
-        slip_advice=tables.filled_table(advice, "slip_advice"),
-        cage_slip=tables.filled_table(slips, "cage_slip"),
-    )
-    figure, drawn = draw("slip-advice", results, config)
-    sure = drawn[drawn["series"] == "stays best"]
-    assert list(zip(sure["x"], sure["y"], strict=True)) == [(2.0, 1.0)]
-    legend = [text.get_text() for text in figure.legends[0].get_texts()]
-    assert "best in at least 95 % of the draws" in legend
-    assert nothing_is_cut_off(figure)
-
-
 def test_operating_points_without_a_choice_are_told_by_reason(config: Settings) -> None:
     judgements = ["agree", "slips", "no film", "no film", OUTSIDE_FILM_FORMULA, NO_EQUILIBRIUM]
     text = told(judgements, [100] * 6, [1.0] * 6, config)
