@@ -68,6 +68,20 @@ def test_variance_is_the_sum_of_both_factors_of_a_row_with_itself():
     np.testing.assert_allclose(kernel().variances(rows), np.diag(level + slip), rtol=1e-12)
 
 
+def test_the_whole_departure_is_two_to_four_times_kappa():
+    """By the formula at the head of the kernels, with the medians of the priors 0.5 and 0.3."""
+    box = ConditionBox(-np.ones(3), np.ones(3), np.array([3, 3, 3]), WIDTHS)
+    sizes = replace(SIZES, kappa=1.0, main=np.full(3, 0.5), interaction=0.3)
+    middle_and_corner = np.array([[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]])
+    size = np.sqrt(ConditionKernel(box, sizes).variances(middle_and_corner))
+    curved = 3 * 0.5**2 + 0.3**2
+    # 4, and 3 linear and 3 bilinear terms
+    expected = np.sqrt([1.5 * 4 + curved, 1.5 * (4 + 3 + 3) + curved])
+    np.testing.assert_allclose(size, expected, rtol=1e-12)
+    # as `DepartureSizes` says
+    np.testing.assert_allclose(expected, [2.6, 4.0], atol=0.05)
+
+
 def test_a_condition_with_two_levels_keeps_its_bend_where_the_law_is_exact():
     exact = replace(SIZES, kappa=1e-9)
     box = kernel().box

@@ -61,9 +61,9 @@ def power_loss(results: CampaignTables, settings: Settings) -> Sheet:
 
     Calculated power loss (W) by term, and published power loss, against speed of the inner
     ring. Flow of oil and its volume fraction, and with it the drag, are assumed. Dashed lines:
-    ends of the fraction's range; none fits this test and the published cage slip, too. Published
-    points: NASA TP-2275, transcribed by a third party. The traction law is fitted to the logs of
-    this campaign.
+    sum of the terms at the ends of the fraction's range. No fraction fits both this test and the
+    published cage slip. Published points: NASA TP-2275, transcribed by a third party. The traction
+    law is fitted to the logs of this campaign.
     """
     tests = results.published_tests.dropna(subset="published_power_w")
     sheet = Sheet(height=2.0)

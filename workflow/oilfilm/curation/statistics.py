@@ -17,8 +17,8 @@ import scipy
 from oilfilm.base.units import MAD_TO_SIGMA, BoolArray, FloatArray, IndexArray
 
 # What noise and held values are: definitions behind the gates, whose limits are in the
-# configuration. Ten readings of noise of two digits of the resolution, or more, have at least six
-# different values.
+# configuration. Noise whose standard deviation is two steps of the resolution, or more, has six or
+# more different values in ten readings (median, simulated).
 _READINGS_COMPARED = 10
 _FEWEST_DISTINCT_VALUES = 6
 # So many windows of readings are sorted at once, to limit the memory.
@@ -298,7 +298,9 @@ def rows_per_reading(values: FloatArray) -> int:
 
 
 def is_noise(readings: FloatArray) -> bool:
-    """Whether readings scatter over several digits. Few digits, a ramp or few values are no noise.
+    """Whether readings scatter over several steps of the resolution.
+
+    One or two steps, a ramp or few readings are no noise.
 
     Args:
         readings: The readings of a signal as `without_repeats` gives them.

@@ -93,7 +93,10 @@ def _at_coarse_levels(fine_map: pd.DataFrame) -> pd.DataFrame:
 def _slider(
     name: str, fine_levels: dict[str, list[float]], coarse_levels: dict[str, list[float]]
 ) -> dict[str, Any]:
-    """A slider over one of `_AXES`; it starts at a level in the middle of the map.
+    """A slider over one of `_AXES`; it starts near the level in the middle of the map.
+
+    Its ends and its start are multiples of its step. A slider without a range between such numbers
+    stays at the level.
 
     Args:
         name: Name of the axis.
@@ -117,9 +120,10 @@ def _slider(
 
 
 def _values_of_oils(slip_map: pd.DataFrame, oils: Sequence[str]) -> list[dict[str, Any]]:
-    """Values of each oil at all combinations of levels, and whether the cage has a single motion.
+    """Values of each oil at all combinations of levels, and where the page may show them.
 
-    It has none where the cage may roll or skid, or where that is not known.
+    `single` is 1 where the cage has one motion and the torque has an interval. It is 0 where the
+    cage may roll or skid, and where that is not known.
     """
     values_of_oils = []
     for oil in oils:

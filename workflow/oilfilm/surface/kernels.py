@@ -8,13 +8,13 @@ of 0.3 over that at rolling: at low slip traction follows the viscosity, and a l
 it.
 
     C_E = A + B/2,   C_G = (A + B)/2
-    A = kappa^2 (4 + sum x_d x_d' + sum x_d x_e x_d' x_e')
+    A = kappa^2 (4 + sum_d x_d x_d' + sum_(d<e) x_d x_e x_d' x_e')
     B = kappa^2 (sum a_d^2 M_d + p^2 M_P M_U M_T) + bends
 
-which is A (1 + M/2) + B (1/2 + M/2). kappa is the standard deviation of each linear term of A. The
-main effect a_d of condition d and the interaction p are in units of it (`DepartureSizes`). A
-condition with two levels has no main effect a_d: between two levels no data can check the law, so
-the bend there has a size that kappa does not scale.
+so that k = w(t) w(t') [A (1 + M/2) + B (1 + M)/2]. kappa is the standard deviation of a term that
+is linear in one condition (`DepartureSizes`). The main effect a_d of condition d and the
+interaction p are in units of kappa. A condition with two levels has no main effect a_d: between two
+levels no data can check the law. In its place there is a bend, which kappa does not scale.
 
 Decides: the smoothness of a surface; the bend of traction between two levels of a condition.
 """
@@ -48,10 +48,10 @@ CONDITION_LENGTH_PRIOR = LogNormal(median=1.0, ln_sd=0.5, smallest=0.15, largest
 
 
 def matern(distance: FloatArray) -> FloatArray:
-    """Matern-5/2 correlation (1 + r + r^2/3) exp(-r) with r = sqrt(5) distance / length.
+    """Matern-5/2 correlation (1 + r + r^2/3) exp(-r) with r = sqrt(5) d.
 
     Args:
-        distance: Distance over the length.
+        distance: Distance d, in units of the correlation length.
 
     Reference: C. E. Rasmussen, C. K. I. Williams, Gaussian Processes for Machine Learning (2006),
     Eq. 4.17.
@@ -73,10 +73,13 @@ def matern_slope(distance: FloatArray) -> FloatArray:
 class DepartureSizes:
     """Sizes (standard deviations and lengths) of the departure from the law.
 
+    The whole departure is larger than kappa. At the middle slip its standard deviation is 2.6 kappa
+    in the middle of the tested box. It is 4.0 kappa where each condition is one scaled unit from
+    there. Both are for the medians of the priors, and three levels or more of each condition.
+
     Attributes:
-        kappa: Standard deviation of each linear term of the departure, in ln mu. By the medians of
-            the priors the departure has 2.6 kappa in the middle of the tested conditions, and more
-            away from it.
+        kappa: Standard deviation of the term that is linear in one condition and the same at all
+            slips, in ln mu per scaled unit of the condition.
         main: Sizes of the main effects of P, U and T, in units of kappa, shape (3,).
         interaction: Size of the interaction, in units of kappa.
         slip_length: Correlation length over the scaled slip.

@@ -33,8 +33,7 @@ from oilfilm.surface.kernels import (
 )
 from oilfilm.surface.reduction import ReducedCurves
 
-# Prior of kappa, which sets the size of the departure from the law. It allows any law, exact or
-# wrong.
+# Prior of kappa, which scales the departure from the law. It allows any law, exact or wrong.
 MISFIT_KAPPA_PRIOR = LogNormal(median=0.03, ln_sd=2.0, smallest=1e-4, largest=3.0)
 # Prior of kappa for intervals. Left-out levels do not show what is between them, so no law is taken
 # as exact.
@@ -121,7 +120,7 @@ def priors(
 
     Args:
         error_priors: Priors of the sizes of the errors of runs and rigs.
-        kappa_prior: Prior of kappa (`DepartureSizes`).
+        kappa_prior: Prior of `DepartureSizes.kappa`.
         tells_rigs_apart: Whether rigs are told apart.
     """
     mains = (MAIN_EFFECT_PRIOR,) * 3

@@ -92,8 +92,9 @@ class LawVerdict:
     """What the measurements say of the law.
 
     Attributes:
-        kappa: Standard deviation of each linear term of the departure from the law, in ln mu
-            (`DepartureSizes`). The misfit at the measured points is another number.
+        kappa: Size of one term of the departure from the law, in ln mu, as in `DepartureSizes`; the
+            whole departure is some three times as large. The misfit at the measured points is
+            another number.
         constants: Free internal constants, shape (free constants,).
         standard_errors: Their standard errors, shape (free constants,). They have a meaning only
             where the law fits.
