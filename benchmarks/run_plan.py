@@ -30,7 +30,7 @@ import pandas as pd
 
 from oilfilm.base.randomness import generator
 from oilfilm.base.units import FloatArray
-from oilfilm.surface.measurements import Measurements
+from oilfilm.surface.measurements import LevelWidths, Measurements
 from oilfilm.surface.steadiness import smallest_visible_size
 from oilfilm.surface.surface import fit_surface
 from oilfilm.torque.lacking_runs import ConditionLevels
@@ -131,7 +131,7 @@ def references() -> None:
         added, reasons = planned(tested)
         is_reference = np.array(reasons) == "reference"
         at_middle = added.copy()
-        at_middle[is_reference] = ConditionLevels.from_conditions(tested).middle
+        at_middle[is_reference] = ConditionLevels.from_conditions(tested, LevelWidths()).middle
         variants = {"tested": added, "middle": at_middle, "none": added[~is_reference]}
 
         def step(time: FloatArray, first: int = len(tested)) -> FloatArray:

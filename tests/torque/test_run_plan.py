@@ -96,6 +96,19 @@ def test_two_temperatures_get_the_one_between_where_pressure_and_speed_were_test
     assert level_counts(with_planned_runs(tested, run_plan)) == [3, 4, 3]
 
 
+def test_levels_are_as_wide_as_the_campaign_states() -> None:
+    """Temperatures that a rig holds within 3 K are two levels where a level is 8 K wide."""
+    temperatures = (22.0, 25.0, 28.0, 117.0, 120.0, 123.0)
+    tested = shuffled(grid(PRESSURES, SPEEDS, temperatures))
+    wide_levels = PLAIN.with_changes({"same_condition": {"inlet_temperature_c": 8.0}})
+    third_level_conditions = conditions_of_reason(plan(tested, wide_levels), "third_level")
+    (new_temperature,) = set(third_level_conditions[:, 2])
+    assert (22 + 117) / 2 <= new_temperature <= (28 + 123) / 2
+    # with 2 K they are six levels, so that no level is between two
+    narrow_levels = PLAIN.with_changes({"same_condition": {"inlet_temperature_c": 2.0}})
+    assert "third_level" not in reasons(plan(tested, narrow_levels))
+
+
 def test_level_between_pressures_and_speeds_is_in_the_middle_of_the_logarithm() -> None:
     run_plan = plan(shuffled(grid(*BOX)))
     third_level_conditions = conditions_of_reason(run_plan, "third_level")
@@ -133,6 +146,7 @@ def test_a_speed_near_the_end_of_the_logarithmic_scale_is_an_end_itself(
         grid(PRESSURES, (tested_speed,), (25.0, 72.0, 120.0)),
         [PRESSURES, speeds, TEMPERATURES],
         lambda conditions: np.ones(len(conditions), dtype=bool),
+        LevelWidths(),
     )
     new_speeds = {float(run.conditions[1]) for run in runs if run.reason == "not_varied"}
     assert new_speeds == {1.0, float(f"{np.sqrt(tested_speed):.3g}")}
@@ -170,7 +184,7 @@ def test_first_plan_fills_the_largest_box_whose_corners_can_be_run(
     for box in boxes:
         scaled_ends = scaled_conditions(np.array(box).T)
         volumes.append(np.prod(np.diff(scaled_ends, axis=0) + LevelWidths().scaled()))
-    conditions = np.array([run.conditions for run in first_runs(levels, can_run)])
+    conditions = np.array([run.conditions for run in first_runs(levels, can_run, LevelWidths())])
     scaled = scaled_conditions(conditions)
     volume = np.prod(np.ptp(scaled, axis=0) + LevelWidths().scaled())
     assert volume == pytest.approx(max(volumes), rel=1e-9)
@@ -209,7 +223,7 @@ def test_campaign_in_the_order_of_a_condition_gets_references_and_repeats() -> N
     # from the first to the last run
     assert {tuple(tested[0]), tuple(tested[-1])} <= {tuple(row) for row in repeats}
     extended_conditions = with_planned_runs(tested, run_plan)
-    assert ordering_condition(extended_conditions) == ""
+    assert ordering_condition(extended_conditions, LevelWidths()) == ""
     next_plan = plan(extended_conditions)
     assert not next_plan.ordered_by
     assert "repeat" not in reasons(next_plan)
@@ -255,7 +269,7 @@ def test_the_plan_of_an_ordered_campaign_shows_a_trend_that_the_order_hid() -> N
     ],
 )
 def test_order_of_a_condition_is_found(conditions: FloatArray, name: str) -> None:
-    assert ordering_condition(conditions) == name
+    assert ordering_condition(conditions, LevelWidths()) == name
 
 
 def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> None:
@@ -266,7 +280,7 @@ def test_first_plan_has_24_runs_at_three_or_more_levels_of_each_condition() -> N
     order = run_plan.table().set_index("run_order")["run_reason"]
     assert order.index[order == "reference"].tolist() == [1, 7, 13, 19, 25]
     conditions = run_plan.table()[list(CONDITIONS)].to_numpy()
-    assert ordering_condition(conditions) == ""
+    assert ordering_condition(conditions, LevelWidths()) == ""
 
 
 def lies_within_the_rig(run_plan: RunPlan, mu: float) -> None:

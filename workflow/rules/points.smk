@@ -93,7 +93,8 @@ rule run_plan:
     params:
         code=lambda wildcards: script_digest("run_plan.py", tables=rules.run_plan.output.keys()),
         config=settings_part(
-            *("film", "gates", "oils", "plan", "rigs", "same_set_point", "seed"),
+            *("film", "gates", "oils", "plan", "rigs"),
+            *("same_condition", "same_set_point", "seed"),
             campaign=("matrix",),
         ),
     script:

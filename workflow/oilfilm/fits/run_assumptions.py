@@ -85,7 +85,7 @@ class RunAssumptions:
             if sizes_of_rigs:
                 expected_sizes[size_name] = float(np.sqrt(np.mean(np.square(sizes_of_rigs))))
         return cls(
-            _level_widths(same_condition),
+            level_widths_of(same_condition),
             _errors_with_medians(expected_sizes),
             tuple(names_not_stated),
             None if rig_name_of_run is None else tuple(rig_name_of_run),
@@ -178,7 +178,7 @@ class RunAssumptions:
         return rows
 
 
-def _level_widths(same_condition: SameConditionSettings) -> LevelWidths:
+def level_widths_of(same_condition: SameConditionSettings) -> LevelWidths:
     """Largest range of the values of one level, from the configuration."""
     return LevelWidths(
         pressure=same_condition.max_hertz_pressure,

@@ -38,8 +38,6 @@ _FIRST_LEVELS = (3, 4, 6)
 _TEMPERATURES_PER_PAIR = 2
 # Digits of a new level. Rounding moves it by less than the width of a level.
 _SIGNIFICANT_DIGITS = 3
-# Scaled range of one level of P, U and T.
-_LEVEL_WIDTHS = LevelWidths().scaled()
 
 
 @dataclass(frozen=True)
@@ -64,17 +62,21 @@ class ConditionLevels:
     Attributes:
         conditions: P in GPa, U in m/s and T in degC, different ones, sorted, shape (conditions, 3).
         levels_of_condition: Levels of P, of U and of T, rising.
+        level_widths: Largest range of the values of one level.
     """
 
     conditions: FloatArray
     levels_of_condition: tuple[FloatArray, ...]
+    level_widths: LevelWidths
 
     @classmethod
-    def from_conditions(cls, conditions: FloatArray) -> "ConditionLevels":
+    def from_conditions(
+        cls, conditions: FloatArray, level_widths: LevelWidths
+    ) -> "ConditionLevels":
         """The levels of conditions in any order, of which some may be equal."""
-        conditions = distinct_conditions(conditions)
+        conditions = distinct_conditions(conditions, level_widths)
         levels_of_condition = []
-        level_numbers_of_conditions = level_numbers(scaled_conditions(conditions), LevelWidths())
+        level_numbers_of_conditions = level_numbers(scaled_conditions(conditions), level_widths)
         for values_of_condition, level_number_of_value in zip(
             conditions.T, level_numbers_of_conditions.T, strict=True
         ):
@@ -83,13 +85,13 @@ class ConditionLevels:
                 for level_number in np.unique(level_number_of_value)
             ]
             levels_of_condition.append(np.array(levels))
-        return cls(conditions, tuple(levels_of_condition))
+        return cls(conditions, tuple(levels_of_condition), level_widths)
 
     @property
     def is_constant(self) -> BoolArray:
         """Which of P, U and T were not varied, or too little for a level between, shape (3,)."""
         span = np.ptp(scaled_conditions(np.stack([self.lowest, self.highest])), axis=0)
-        return ~_is_wider(span, 2 * _LEVEL_WIDTHS)
+        return ~_is_wider(span, 2 * self.level_widths.scaled())
 
     @property
     def has_two_levels(self) -> BoolArray:
@@ -127,7 +129,7 @@ class ConditionLevels:
             is_compared: Over which of P, U and T the distance is taken, shape (3,).
         """
         scaled = scaled_conditions(self.conditions)
-        span = np.maximum(np.ptp(scaled, axis=0), _LEVEL_WIDTHS)
+        span = np.maximum(np.ptp(scaled, axis=0), self.level_widths.scaled())
         scaled_distance = (scaled - scaled_conditions(target_conditions[np.newaxis])) / span
         distance = np.sum(scaled_distance[:, is_compared] ** 2, axis=1)
         nearest_index = int(first_smallest(np.where(is_allowed, distance, np.inf)))
@@ -143,7 +145,8 @@ class ConditionLevels:
         target_conditions = self.conditions.copy()
         target_conditions[:, condition_index] = level
         scaled_distance = scaled_conditions(self.conditions) - scaled_conditions(target_conditions)
-        return ~_is_wider(scaled_distance[:, condition_index], _LEVEL_WIDTHS[condition_index])
+        width = self.level_widths.scaled()[condition_index]
+        return ~_is_wider(scaled_distance[:, condition_index], width)
 
 
 def _is_wider(scaled_distance: FloatArray, width: FloatArray) -> BoolArray:
@@ -152,18 +155,20 @@ def _is_wider(scaled_distance: FloatArray, width: FloatArray) -> BoolArray:
     return exceeds(np.abs(scaled_distance), width, term_size=1.0)
 
 
-def distinct_conditions(conditions: FloatArray) -> FloatArray:
+def distinct_conditions(conditions: FloatArray, level_widths: LevelWidths) -> FloatArray:
     """Different conditions, sorted by value, shape (conditions, 3).
 
     Of those that have the same levels the first one is taken.
     """
     sorted_conditions = conditions[np.lexsort(conditions.T[::-1])]
-    level_numbers_of_conditions = level_numbers(scaled_conditions(sorted_conditions), LevelWidths())
+    level_numbers_of_conditions = level_numbers(scaled_conditions(sorted_conditions), level_widths)
     _, first_index = np.unique(level_numbers_of_conditions, axis=0, return_index=True)
     return sorted_conditions[np.sort(first_index)]
 
 
-def is_among(conditions: FloatArray, listed_conditions: FloatArray) -> BoolArray:
+def is_among(
+    conditions: FloatArray, listed_conditions: FloatArray, level_widths: LevelWidths
+) -> BoolArray:
     """Which conditions are the same as one of the others, shape (conditions,)."""
     if not len(listed_conditions):
         return np.zeros(len(conditions), dtype=bool)
@@ -171,9 +176,10 @@ def is_among(conditions: FloatArray, listed_conditions: FloatArray) -> BoolArray
     scaled_listed = scaled_conditions(listed_conditions)
     # the nearest by the widths of a level is the same if any is; all pairs of a large campaign do
     # not fit into memory
-    tree = scipy.spatial.cKDTree(scaled_listed / _LEVEL_WIDTHS)
-    _, nearest_index = tree.query(scaled / _LEVEL_WIDTHS, p=np.inf)
-    return np.all(~_is_wider(scaled - scaled_listed[nearest_index], _LEVEL_WIDTHS), axis=1)
+    widths = level_widths.scaled()
+    tree = scipy.spatial.cKDTree(scaled_listed / widths)
+    _, nearest_index = tree.query(scaled / widths, p=np.inf)
+    return np.all(~_is_wider(scaled - scaled_listed[nearest_index], widths), axis=1)
 
 
 def evenly_spaced_values(
@@ -203,7 +209,10 @@ def evenly_spaced_values(
 
 
 def lacking_runs(
-    conditions: FloatArray, levels_to_choose: Sequence[Sequence[float]], can_run: CanRun
+    conditions: FloatArray,
+    levels_to_choose: Sequence[Sequence[float]],
+    can_run: CanRun,
+    level_widths: LevelWidths,
 ) -> list[PlannedRun]:
     """The runs that a campaign lacks: levels of a condition, then corners of the box.
 
@@ -214,8 +223,9 @@ def lacking_runs(
         levels_to_choose: Levels of P, U and T. New levels of a condition that was not varied are
             chosen among them.
         can_run: Which conditions the rig can run.
+        level_widths: Largest range of the values of one level.
     """
-    tested_levels = ConditionLevels.from_conditions(conditions)
+    tested_levels = ConditionLevels.from_conditions(conditions, level_widths)
     runs = _third_level_runs(tested_levels)
     runs += _runs_of_constant_conditions(tested_levels, levels_to_choose, can_run)
     extended_conditions = tested_levels.conditions
@@ -223,17 +233,17 @@ def lacking_runs(
         conditions_of_run = run.conditions[np.newaxis]
         if can_run(conditions_of_run).all():
             extended_conditions = np.concatenate([extended_conditions, conditions_of_run])
-    runs += _corner_runs(ConditionLevels.from_conditions(extended_conditions))
-    return _new_runs(runs, tested_levels.conditions)
+    runs += _corner_runs(ConditionLevels.from_conditions(extended_conditions, level_widths))
+    return _new_runs(runs, tested_levels)
 
 
-def _new_runs(runs: list[PlannedRun], tested_conditions: FloatArray) -> list[PlannedRun]:
+def _new_runs(runs: list[PlannedRun], tested_levels: ConditionLevels) -> list[PlannedRun]:
     """The runs at conditions that neither were tested nor occur before in the list."""
     new_runs = []
-    seen_conditions = tested_conditions
+    seen_conditions = tested_levels.conditions
     for run in runs:
         conditions_of_run = run.conditions[np.newaxis]
-        if not is_among(conditions_of_run, seen_conditions).any():
+        if not is_among(conditions_of_run, seen_conditions, tested_levels.level_widths).any():
             new_runs.append(run)
             seen_conditions = np.concatenate([seen_conditions, conditions_of_run])
     return new_runs
@@ -368,7 +378,9 @@ def corners_of(lowest: FloatArray, highest: FloatArray) -> FloatArray:
     return np.array(list(itertools.product(*np.stack([lowest, highest], axis=1))))
 
 
-def first_runs(levels_to_choose: Sequence[Sequence[float]], can_run: CanRun) -> list[PlannedRun]:
+def first_runs(
+    levels_to_choose: Sequence[Sequence[float]], can_run: CanRun, level_widths: LevelWidths
+) -> list[PlannedRun]:
     """24 runs for a campaign without data: at three pressures, four speeds and six temperatures.
 
     They are fewer where there is only one level of a condition to choose from.
@@ -380,8 +392,9 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], can_run: CanRun) -> 
     Args:
         levels_to_choose: Levels of P, U and T.
         can_run: Which conditions the rig can run.
+        level_widths: Largest range of the values of one level.
     """
-    range_of_condition = _largest_box(levels_to_choose, can_run)
+    range_of_condition = _largest_box(levels_to_choose, can_run, level_widths)
     levels_of_condition = []
     for condition_index, (lowest, highest) in enumerate(range_of_condition):
         levels_of_condition.append(
@@ -399,12 +412,12 @@ def first_runs(levels_to_choose: Sequence[Sequence[float]], can_run: CanRun) -> 
                 conditions_of_runs.append((pressure, speed, temperatures[temperature_index]))
     return [
         PlannedRun(conditions, "first_plan")
-        for conditions in distinct_conditions(np.array(conditions_of_runs))
+        for conditions in distinct_conditions(np.array(conditions_of_runs), level_widths)
     ]
 
 
 def _largest_box(
-    levels_to_choose: Sequence[Sequence[float]], can_run: CanRun
+    levels_to_choose: Sequence[Sequence[float]], can_run: CanRun, level_widths: LevelWidths
 ) -> list[tuple[float, float]]:
     """The largest box among levels whose corners can be run; that of all levels if none can.
 
@@ -435,7 +448,7 @@ def _largest_box(
     highest_temperature = temperature_count - 1 - is_possible[:, :, ::-1].argmax(axis=2)
     lowest = scaled_levels[lowest_pressure[:, np.newaxis], lowest_speed, lowest_temperature]
     highest = scaled_levels[highest_pressure[:, np.newaxis], highest_speed, highest_temperature]
-    volume = np.prod(highest - lowest + _LEVEL_WIDTHS, axis=2)
+    volume = np.prod(highest - lowest + level_widths.scaled(), axis=2)
     volume = np.where(is_possible.any(axis=2), volume, 0.0)
     pressure_range, speed_range = np.unravel_index(int(first_largest(volume.ravel())), volume.shape)
     index_ranges = [

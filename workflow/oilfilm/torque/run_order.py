@@ -28,7 +28,7 @@ _LARGEST_REPEATED_SHARE = 0.15
 _MOST_DRAWN_ORDERS = 50
 
 
-def ordering_condition(conditions: FloatArray) -> str:
+def ordering_condition(conditions: FloatArray, level_widths: LevelWidths) -> str:
     """The condition in whose order the runs were made; empty if there is none.
 
     Runs of equal or similar levels follow each other then, and no condition was repeated later. The
@@ -37,21 +37,23 @@ def ordering_condition(conditions: FloatArray) -> str:
 
     Args:
         conditions: P in GPa, U in m/s and T in degC of each run, in order of time, shape (runs, 3).
+        level_widths: Largest range of the values of one level.
 
     Examples:
         >>> rising = np.array([(p, 30, t) for p in (1.0, 1.2, 1.5, 1.8) for t in (50, 90)])
-        >>> ordering_condition(rising), ordering_condition(rising[[5, 0, 3, 6, 1, 4, 7, 2]])
-        ('max_hertz_pressure_gpa', '')
+        >>> ordering_condition(rising, LevelWidths())
+        'max_hertz_pressure_gpa'
+        >>> ordering_condition(rising[[5, 0, 3, 6, 1, 4, 7, 2]], LevelWidths())
+        ''
     """
     if len(conditions) < _FEWEST_RUNS:
         return ""
     scaled = scaled_conditions(conditions)
-    if exceeds(_share_within_conditions(scaled), _LARGEST_REPEATED_SHARE):
+    if exceeds(_share_within_conditions(scaled, level_widths), _LARGEST_REPEATED_SHARE):
         return ""
-    level_widths = LevelWidths().scaled()
     difference_ratios = [
         _successive_difference_ratio(column, width)
-        for column, width in zip(scaled.T, level_widths.tolist(), strict=True)
+        for column, width in zip(scaled.T, level_widths.scaled().tolist(), strict=True)
     ]
     condition_index = int(first_smallest(difference_ratios))
     return (
@@ -72,9 +74,9 @@ def _successive_difference_ratio(scaled: FloatArray, level_width: float) -> floa
     return float(np.sum(np.diff(scaled) ** 2) / (2 * np.sum(deviation**2)))
 
 
-def _share_within_conditions(scaled: FloatArray) -> float:
+def _share_within_conditions(scaled: FloatArray, level_widths: LevelWidths) -> float:
     """Share of the variance of the position in time that is among runs of one condition."""
-    level_numbers_of_runs = level_numbers(scaled, LevelWidths())
+    level_numbers_of_runs = level_numbers(scaled, level_widths)
     _, condition_of_run = np.unique(level_numbers_of_runs, axis=0, return_inverse=True)
     condition_of_run = condition_of_run.ravel()
     position = np.arange(len(scaled)) - (len(scaled) - 1) / 2
@@ -83,18 +85,19 @@ def _share_within_conditions(scaled: FloatArray) -> float:
     return float(sum_of_squares_within / np.sum(position**2))
 
 
-def random_order(conditions: FloatArray, seed: int) -> IndexArray:
+def random_order(conditions: FloatArray, seed: int, level_widths: LevelWidths) -> IndexArray:
     """An order of runs that is not that of a condition, shape (runs,).
 
-    It depends on the seed and on the number and conditions of the runs only.
+    It depends on the seed, the widths of levels, and the number and conditions of the runs only.
 
     Args:
         conditions: P, U and T of each run, sorted by value, shape (runs, 3).
         seed: Seed of the configuration.
+        level_widths: Largest range of the values of one level.
     """
     random = generator(seed, "order of planned runs")
     for _ in range(_MOST_DRAWN_ORDERS):
         order = random.permutation(len(conditions))
-        if not ordering_condition(conditions[order]):
+        if not ordering_condition(conditions[order], level_widths):
             break
     return order

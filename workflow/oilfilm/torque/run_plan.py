@@ -19,9 +19,10 @@ from oilfilm.base.errors import OilfilmError
 from oilfilm.base.natural_key import natural_key
 from oilfilm.base.ties import exceeds
 from oilfilm.base.units import BoolArray, FloatArray
+from oilfilm.fits.run_assumptions import level_widths_of
 from oilfilm.settings.config import PlanSettings
 from oilfilm.settings.resolved import Settings
-from oilfilm.surface.measurements import scaled_conditions
+from oilfilm.surface.measurements import LevelWidths, scaled_conditions
 from oilfilm.tables.campaign_tables import CURVE_COLUMNS, CampaignTables
 from oilfilm.tables.set_points import with_matched_set_points, with_measured_set_points
 from oilfilm.torque.bearing_torque import stack_tables
@@ -223,15 +224,18 @@ def plan_runs(measured: MeasuredRuns, settings: Settings, oil_name: str) -> RunP
     limits = RunLimits(
         rig, film, settings.gates.lambda_limit, measured, plan_settings.largest_traction
     )
-    wanted_runs = _wanted_runs(measured, _matrix_conditions(settings), plan_settings, limits)
+    level_widths = level_widths_of(settings.same_condition)
+    wanted_runs = _wanted_runs(
+        measured, _matrix_conditions(settings), plan_settings, limits, level_widths
+    )
     judged_wanted = limits.judge(_conditions_of(wanted_runs))
     runs = [wanted_runs[run_index] for run_index in np.flatnonzero(judged_wanted.is_feasible)]
-    measured_order = ordering_condition(measured.conditions)
+    measured_order = ordering_condition(measured.conditions, level_widths)
     if measured_order or not runs:
-        repeats = _repeat_runs(measured, is_ordered=measured_order != "")
+        repeats = _repeat_runs(measured, level_widths, is_ordered=measured_order != "")
         can_repeat = limits.can_run(_conditions_of(repeats))
         runs += [repeats[run_index] for run_index in np.flatnonzero(can_repeat)]
-    runs = _in_random_order(runs, measured.conditions, limits, settings.seed)
+    runs = _in_random_order(runs, measured.conditions, limits, level_widths, settings.seed)
     return RunPlan(
         oil_name=oil_name,
         rig_name=rig.name,
@@ -257,27 +261,30 @@ def _wanted_runs(
     matrix_conditions: FloatArray,
     plan_settings: PlanSettings,
     limits: RunLimits,
+    level_widths: LevelWidths,
 ) -> list[PlannedRun]:
     """The runs that the campaign lacks: those of its matrix, then levels and corners."""
     levels_to_choose = [getattr(plan_settings.levels, name) for name in CONDITIONS]
-    is_missing = ~is_among(matrix_conditions, measured.conditions)
+    is_missing = ~is_among(matrix_conditions, measured.conditions, level_widths)
     runs = [PlannedRun(conditions, "planned") for conditions in matrix_conditions[is_missing]]
     missing_conditions = matrix_conditions[is_missing]
     missing_conditions = missing_conditions[limits.can_run(missing_conditions)]
     known_conditions = np.concatenate([measured.conditions, missing_conditions])
     if not len(known_conditions):
-        return runs + first_runs(levels_to_choose, limits.can_run)
-    return runs + lacking_runs(known_conditions, levels_to_choose, limits.can_run)
+        return runs + first_runs(levels_to_choose, limits.can_run, level_widths)
+    return runs + lacking_runs(known_conditions, levels_to_choose, limits.can_run, level_widths)
 
 
-def _repeat_runs(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun]:
+def _repeat_runs(
+    measured: MeasuredRuns, level_widths: LevelWidths, *, is_ordered: bool
+) -> list[PlannedRun]:
     """Repeats of measured conditions.
 
     Runs in the order of a condition are repeated from the first to the last. Other runs are
     repeated, over the range of their conditions, where fewer are repeats yet.
     """
     conditions = measured.conditions
-    different_conditions = distinct_conditions(conditions)
+    different_conditions = distinct_conditions(conditions, level_widths)
     if is_ordered:
         repeat_count = _REPEAT_COUNT
         # in the order in which they were made
@@ -292,22 +299,27 @@ def _repeat_runs(measured: MeasuredRuns, *, is_ordered: bool) -> list[PlannedRun
     )
     return [
         PlannedRun(condition, "repeat")
-        for condition in distinct_conditions(candidates[candidate_index])
+        for condition in distinct_conditions(candidates[candidate_index], level_widths)
     ]
 
 
 def _in_random_order(
-    runs: list[PlannedRun], measured_conditions: FloatArray, limits: RunLimits, seed: int
+    runs: list[PlannedRun],
+    measured_conditions: FloatArray,
+    limits: RunLimits,
+    level_widths: LevelWidths,
+    seed: int,
 ) -> list[PlannedRun]:
     """The runs in random order, with the reference runs between them."""
     if not runs:
         return []
     sorted_runs = sorted(runs, key=lambda run: tuple(run.conditions))
     reference = PlannedRun(
-        _reference_condition(sorted_runs, measured_conditions, limits), "reference"
+        _reference_condition(sorted_runs, measured_conditions, limits, level_widths), "reference"
     )
     ordered_runs = []
-    for position, run_index in enumerate(random_order(_conditions_of(sorted_runs), seed)):
+    order = random_order(_conditions_of(sorted_runs), seed, level_widths)
+    for position, run_index in enumerate(order):
         if position % RUNS_BETWEEN_REFERENCES == 0:
             ordered_runs.append(reference)
         ordered_runs.append(sorted_runs[run_index])
@@ -315,17 +327,23 @@ def _in_random_order(
 
 
 def _reference_condition(
-    runs: list[PlannedRun], measured_conditions: FloatArray, limits: RunLimits
+    runs: list[PlannedRun],
+    measured_conditions: FloatArray,
+    limits: RunLimits,
+    level_widths: LevelWidths,
 ) -> FloatArray:
     """The condition of reference runs: of measured ones that nearest to the middle of the box.
 
     A measured condition joins the new runs to the old ones. Without data it is one of the plan.
     """
     planned_conditions = _conditions_of(runs)
-    box = ConditionLevels.from_conditions(np.concatenate([measured_conditions, planned_conditions]))
+    all_conditions = np.concatenate([measured_conditions, planned_conditions])
+    box = ConditionLevels.from_conditions(all_conditions, level_widths)
     runnable_conditions = measured_conditions[limits.can_run(measured_conditions)]
     is_allowed = is_among(
-        box.conditions, runnable_conditions if len(runnable_conditions) else planned_conditions
+        box.conditions,
+        runnable_conditions if len(runnable_conditions) else planned_conditions,
+        level_widths,
     )
     return box.nearest(box.middle, is_allowed, np.ones(len(CONDITIONS), dtype=bool))
 
