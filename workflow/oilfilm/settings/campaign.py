@@ -195,10 +195,18 @@ class Defect(Group):
 class ThermalEhl(Group):
     """Constants of the thermal EHL traction that is a campaign's truth."""
 
-    eyring_stress_pa: float = key("The film thins under shear above it.", unit="Pa", ge=1e4, le=1e9)
-    limiting_stress_ratio: float = key("Limiting stress over pressure there.", unit="1", gt=0, le=1)
-    limiting_stress_reference_c: float = key("Reference temperature.", unit="degC", ge=-100, le=250)
-    limiting_stress_decay_1_k: float = key("Its relative fall per kelvin.", unit="1/K", ge=0, le=1)
+    eyring_stress_pa: float = key(
+        "Shear stress above which the film thins.", unit="Pa", ge=1e4, le=1e9
+    )
+    limiting_stress_ratio: float = key(
+        "Limiting stress over pressure at its reference temperature.", unit="1", gt=0, le=1
+    )
+    limiting_stress_reference_c: float = key(
+        "Reference temperature of the limiting stress.", unit="degC", ge=-100, le=250
+    )
+    limiting_stress_decay_1_k: float = key(
+        "Relative fall of the limiting stress per kelvin.", unit="1/K", ge=0, le=1
+    )
     solid_conductivity_w_mk: q.SolidConductivityWMK = key("Of ball and disc.")
     solid_volumetric_heat_j_m3k: q.SolidHeatJM3K = key("Density times specific heat of both.")
 
