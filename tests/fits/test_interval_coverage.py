@@ -7,11 +7,12 @@ import pandas as pd
 import pytest
 
 from campaigns import printed
-from fit_points import LAW, polished
+from fit_points import LAW, accepted_points, polished, problem_of
 from nights import nightly
 from oilfilm.base.randomness import generator
 from oilfilm.fits.fit import fit_oil
 from oilfilm.fits.fitted import FittedLaw
+from oilfilm.fits.global_search import Optimum
 from oilfilm.fits.surface_search import with_surface
 from oilfilm.fits.uncertainty import (
     cluster_robust_covariance,
@@ -20,7 +21,8 @@ from oilfilm.fits.uncertainty import (
     naive_covariance,
 )
 from oilfilm.settings.resolved import Settings
-from oilfilm.traction.law import to_internal
+from oilfilm.traction import LAWS
+from oilfilm.traction.law import CONDITIONS, to_internal
 from simulated_points import PointCampaign, heated_film_truth, law_truth, spread_conditions
 
 SMALL = np.array(list(itertools.product([1.0, 1.5], [25.0, 32.0, 40.0], [30.0, 100.0])))
@@ -82,6 +84,21 @@ def test_draws_of_twelve_runs_do_not_depend_on_signs_that_a_kernel_chooses(
     monkeypatch.setattr(np.linalg, "eigh", lambda matrix: (eigh(matrix)[0], -eigh(matrix)[1]))
     other = cluster_robust_draws(problem, best, 4000, generator(1, "draws"))
     assert (np.abs(other - draws) / errors).max() < 1e-9
+
+
+def test_few_curves_that_leave_a_constant_open_give_no_draws() -> None:
+    """Above the rise of a tanh, all slips have one mu: no point tells how steep the rise is."""
+    frame = pd.DataFrame(SMALL, columns=list(CONDITIONS)).assign(load_n=80.0)
+    slip = np.array([0.1, 0.2, 0.3])
+    mu = np.full(len(SMALL) * len(slip), 0.05)
+    points = accepted_points("4050", frame, slip, mu, 1e-3, generator(4, "plateau"))
+    law = LAWS["tanh"]
+    problem = problem_of(points, law)
+    # A = 0.05 and B = 100 at all conditions: tanh(B S/A) is 1 to the last digit from S = 0.01 on
+    constants = to_internal(law, np.array([0.05, 0.0, 0.0, 0.0, 100.0, 0.0, 0.0, 0.0]))
+    optimum = Optimum(constants, 1.0)
+    assert np.isnan(cluster_robust_covariance(problem, optimum)).all()
+    assert cluster_robust_draws(problem, optimum, 50, generator(1, "draws")).shape == (0, 8)
 
 
 @pytest.mark.slow

@@ -251,7 +251,8 @@ def _refits(
     """Constants as other campaigns of such runs would give them, shape (refits, free).
 
     They come from the bootstrap over curves. Where the curves are too few for it, they are drawn
-    from the cluster-robust covariance. There are none where the curves are too few for both.
+    from the cluster-robust covariance. There are none where the curves are too few for both, and
+    where few curves do not determine all constants.
     """
     if problem.curve_count < settings.min_curves_for_errors:
         return np.empty((0, len(optimum.constants)))

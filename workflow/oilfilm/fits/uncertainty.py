@@ -95,11 +95,16 @@ def naive_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
     jacobian = problem.jacobian(optimum.constants)
     point_count, constant_count = jacobian.shape
     residual_freedom = point_count - constant_count
-    if residual_freedom <= 0 or np.linalg.matrix_rank(jacobian) < constant_count:
+    if residual_freedom <= 0 or _is_singular(jacobian):
         return np.full((constant_count, constant_count), np.nan)
     _, triangle = np.linalg.qr(jacobian)
     inverse_triangle = np.linalg.inv(triangle)
     return np.asarray(optimum.sse / residual_freedom * inverse_triangle @ inverse_triangle.T)
+
+
+def _is_singular(jacobian: FloatArray) -> bool:
+    """Whether the points do not determine all constants; the shape is (points, free)."""
+    return bool(np.linalg.matrix_rank(jacobian) < jacobian.shape[1])
 
 
 def curve_bootstrap(
@@ -137,6 +142,9 @@ def cluster_robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
     residuals of a curve with much leverage smaller, and A_i corrects for that. A bootstrap over
     few curves leaves conditions out, so that refits run away; this covariance has no such error.
 
+    Returns:
+        Shape (free, free). NaN where the Jacobian is singular.
+
     Reference: R. M. Bell, D. F. McCaffrey, Survey Methodology 28 (2002) 169 (CR2).
     """
     root = _covariance_root(problem, optimum)
@@ -145,7 +153,10 @@ def cluster_robust_covariance(problem: Problem, optimum: Optimum) -> FloatArray:
 
 def _covariance_root(problem: Problem, optimum: Optimum) -> FloatArray:
     """R with R R^T = `cluster_robust_covariance`, one column per curve, shape (free, curves)."""
-    orthonormal, triangle = np.linalg.qr(problem.jacobian(optimum.constants))
+    jacobian = problem.jacobian(optimum.constants)
+    if _is_singular(jacobian):
+        return np.full((jacobian.shape[1], problem.curve_count), np.nan)
+    orthonormal, triangle = np.linalg.qr(jacobian)
     residual = problem.residual(optimum.constants)
     scores = []
     for first_point, point_count in zip(
@@ -172,10 +183,13 @@ def cluster_robust_draws(
         random: Source of the draws.
 
     Returns:
-        Free internal constants, shape (draws, free).
+        Free internal constants, shape (draws, free). No rows where the Jacobian is singular: some
+        constants could have any value.
     """
     # not along eigenvectors, whose signs depend on the BLAS kernel
     root = _covariance_root(problem, optimum)
+    if np.isnan(root).any():
+        return np.empty((0, len(optimum.constants)))
     draws = optimum.constants + random.standard_normal((draw_count, problem.curve_count)) @ root.T
     low, high = problem.free_bounds.T
     return np.clip(draws, low, high)
