@@ -246,10 +246,9 @@ def _table_text(table: pd.DataFrame) -> str:
 def _lines_of_runs(plan: RunPlan) -> Iterator[str]:
     """The runs that a campaign lacks, as a table, with their reasons in sentences."""
     if plan.runs:
-        yield (
-            f"{plan.oil_name}: {len(plan.runs)} runs to make next on {plan.rig_name}, "
-            "in this order."
-        )
+        runs = "1 run" if len(plan.runs) == 1 else f"{len(plan.runs)} runs"
+        order = "" if len(plan.runs) == 1 else ", in this order"
+        yield f"{plan.oil_name}: {runs} to make next on {plan.rig_name}{order}."
         table = plan.table()
         reasons = []
         for reason, new_levels in zip(table["run_reason"], table["new_levels"], strict=True):
