@@ -21,9 +21,16 @@ from campaigns import printed
 from exported import HOSTILE, arguments_of, beyond, describe_law, expected, grid, tables_of
 from law_points import EVERY_LAW
 from nights import nightly
-from oilfilm.exports.campaign import EXPORT_FORMS, adore_rows, export_campaign, export_oil
+from oilfilm.exports.campaign import (
+    _SPREADSHEET_FORMS,
+    EXPORT_FORMS,
+    adore_rows,
+    export_campaign,
+    export_oil,
+)
 from oilfilm.exports.description import SLIP, Description, describe, make_identifiers, plain_text
 from oilfilm.settings.resolved import Settings
+from oilfilm.traction.expression import Language, name_node, parse
 
 PROVENANCE = {"code": "c", "settings": "s", "inputs": {}}
 WARNINGS = ["-Wall", "-Wextra", "-pedantic", "-Werror"]
@@ -408,6 +415,14 @@ def test_fit_whose_speed_is_not_known_is_exported_without_adore(config: Settings
     content = json.loads(texts_of(fit)["traction_x_1.json"])
     assert set(content["not_written"]) == {"ADORE"}
     assert "speed" in content["not_written"]["ADORE"]
+
+
+@pytest.mark.parametrize("text", ["S/log1p(S)", "log1p(S)**2"])
+def test_a_product_in_a_spreadsheet_has_brackets_in_quotients_and_powers(text: str) -> None:
+    language = Language(_SPREADSHEET_FORMS)
+    written = language.write(parse(text, {"S": name_node("S")}))
+    # the factors of ln(1 + S) = 2 artanh(S/(2 + S)) belong together
+    assert "(2*ATANH(S/(2+S)))" in written
 
 
 # ------------------------------------------------------------------------- what it says

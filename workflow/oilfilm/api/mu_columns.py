@@ -39,7 +39,7 @@ _CLEARLY_FARTHER_FACTOR = 3.0
 # Two columns contradict each other if their relative difference is more than this. Digits and the
 # moduli of one material make 2 %.
 _CONTRADICTS_BEYOND = 0.05
-# Largest error of a slide-roll ratio from two speeds of three digits; `logged_twice` of
+# Largest median error of slide-roll ratios from two speeds of three digits; `logged_twice` of
 # config/config.yaml allows the same for logs.
 _ERROR_OF_DIGITS = 0.005
 # Maximum over mean pressure of a circular contact (Hertz 1881).

@@ -74,7 +74,8 @@ _SPREADSHEET_FORMS = {name: Form(f"{name.upper()}({{}})") for name in _FUNCTIONS
     "**": Form("{}^{}", 4, (5, 5)),
     # the operand occurs several times, so it needs brackets of its own
     "expm1": Form(_EXPM1, 5, (5,)),
-    "log1p": Form(_LOG1P, 5, (5,)),
+    # a product
+    "log1p": Form(_LOG1P, 2, (5,)),
 }
 _ABOVE_LIMIT_TEXT = "IMPOSSIBLE: above the limiting shear stress of the oil"
 _FIXED_TIME = datetime.datetime(1980, 1, 1)  # in place of the clock
@@ -424,7 +425,7 @@ def adore_obstacle(description: Description) -> str:
         return f"the points of exports.adore_points lack {', '.join(sorted(lacking_conditions))}"
     speed_index = law.conditions.index("entrainment_speed_m_s")
     for point in description.adore_points:
-        if np.isnan(_tested_conditions(description, point)[speed_index]):
+        if np.isnan(_conditions_at_point(description, point)[speed_index]):
             return "B and C need an entrainment speed, which is not known"
     return ""
 
@@ -437,9 +438,9 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
         requested_point: The operating point, by column.
     """
     law = description.law
-    conditions = _tested_conditions(description, requested_point)
-    level_values = [number_or_none(level) for level in conditions]
-    point = dict(zip(law.conditions, level_values, strict=True))
+    conditions = _conditions_at_point(description, requested_point)
+    condition_values = [number_or_none(value) for value in conditions]
+    point = dict(zip(law.conditions, condition_values, strict=True))
     speed = float(conditions[law.conditions.index("entrainment_speed_m_s")])
     groups = law.group_values(conditions[np.newaxis])[0]
     a, b, c, d = _adore_constants(description, groups)
@@ -459,7 +460,7 @@ def _adore_row(description: Description, requested_point: Mapping[str, float]) -
     }
 
 
-def _tested_conditions(
+def _conditions_at_point(
     description: Description, requested_point: Mapping[str, float]
 ) -> FloatArray:
     """Conditions of the law at an operating point, shape (conditions,).
@@ -515,7 +516,7 @@ EXPORT_FORMS = {
         "traction_*.py", "Python", "import it; needs NumPy; arrays too", PYTHON.source
     ),
     "spreadsheet": _ExportForm(
-        "traction_*.xlsx", "Excel, LibreOffice", "type P, U, T and S", workbook
+        "traction_*.xlsx", "Excel, LibreOffice", "type the conditions and S", workbook
     ),
     "C": _ExportForm(
         "traction_*.h", "C99, C++11", "include it; needs libm (`-lm`) only", C_LANGUAGE.source
@@ -523,7 +524,7 @@ EXPORT_FORMS = {
     "Fortran": _ExportForm(
         "traction_*.f90", "Fortran 2008", "compile it; arrays too", FORTRAN.source
     ),
-    "Modelica": _ExportForm("Traction_*.mo", "Modelica", "load it; Pa, m/s, K", MODELICA.source),
+    "Modelica": _ExportForm("Traction_*.mo", "Modelica", "load it; SI units", MODELICA.source),
     "MATLAB, Octave": _ExportForm(
         "traction_coefficient_*.m", "MATLAB, GNU Octave", "put it on the path", MATLAB.source
     ),

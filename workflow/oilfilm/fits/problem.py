@@ -179,7 +179,7 @@ class Problem:
         """The same problem with every n-th point of each curve.
 
         Args:
-            point_count: About how many points remain.
+            point_count: So many points remain, or up to twice as many; at least one per curve.
         """
         step = max(len(self.mu) // point_count, 1)
         # each curve begins at another of its points, so that more slips are kept

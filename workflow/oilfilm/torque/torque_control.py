@@ -27,8 +27,8 @@ def torque_control_table(results: CampaignTables, settings: Settings) -> pd.Data
             logs and that behind the traction logs; 0 where one law is behind both.
         settings: Section `torque_logs`, and `oils`, `torque` and `twin` of the campaign.
     """
-    torque_logs = settings.campaign.torque
-    if torque_logs is None or torque_logs.twin is None:
+    torque_test = settings.campaign.torque
+    if torque_test is None or torque_test.twin is None:
         return tables.empty_table("torque_control")
     law_name_of_oil = results.configured_fits.fit_quality.set_index("oil")["law"]
     law_misfit_of_oil = results.torque_truth.groupby("oil")["law_misfit"].first()

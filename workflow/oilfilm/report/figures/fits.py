@@ -320,7 +320,7 @@ _ITERATION_COUNT = 30
 _SPEED_PER_FILM = 1 / 0.67
 _SPEED_TICKS = (1, 2, 5, 10, 20, 50, 100, 200)
 _SLIP_TICKS = (0.001, 0.003, 0.01, 0.03, 0.1, 0.3)
-_FILM_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
+_LAMBDA_TICKS = (0.5, 1, 2, 5, 10, 20, 50, 100)
 
 
 @declare_figure(
@@ -505,7 +505,7 @@ def stribeck(results: CampaignTables, settings: Settings) -> Sheet:
                         bbox={"color": "white", "pad": 0.3},
                     )
         panel.axes.set_xscale("log")
-        style.log_ticks(panel.axes.xaxis, _FILM_TICKS)
+        style.log_ticks(panel.axes.xaxis, _LAMBDA_TICKS)
         panel.axes.axvline(limit, color="black", linestyle="--")
     sheet.axes_of_panels[0].set_ylim(bottom=0)
     # room for the temperatures at the left

@@ -70,7 +70,7 @@ def judged_torque_logs(
     settings: Settings,
     run_sheet: RunSheet = NO_SHEET,
 ) -> JudgedLogs:
-    """Refused torque logs, read and curated again, because no table has their samples.
+    """Torque logs with a refusal, read and curated again, because no table has their samples.
 
     Args:
         logs: Name and content of each log.
@@ -100,10 +100,10 @@ def _with_refusals_by_comparison(curated: CuratedTables, quarantine: pd.DataFram
     )
     is_of_run = quarantine["stage"].eq("curate") & quarantine["run_id"].isin(runs["run_id"])
     by_comparison = quarantine[is_of_run & ~is_found_again]
-    refused_runs = runs.set_index("run_id")
+    runs_by_id = runs.set_index("run_id")
     for column in ("rule", "reason"):
-        refused_runs.loc[by_comparison["run_id"], column] = by_comparison[column].to_numpy()
-    return refused_runs.reset_index()
+        runs_by_id.loc[by_comparison["run_id"], column] = by_comparison[column].to_numpy()
+    return runs_by_id.reset_index()
 
 
 def draw_pages(
@@ -151,7 +151,7 @@ def _shared(wanted_counts: Sequence[int], total: int) -> list[int]:
     ascending = sorted(range(len(wanted_counts)), key=lambda index: wanted_counts[index])
     for number, index in enumerate(ascending):
         others_left = len(wanted_counts) - number
-        # the odd one goes to the first
+        # an odd one goes to the one that wants the fewest
         parts[index] = min(wanted_counts[index], math.ceil(total / others_left))
         total -= parts[index]
     return parts
@@ -286,7 +286,7 @@ def draw_page(
     margin = 0.01 * (abscissa.max() - abscissa.min()) or 1.0
     sheet.axes_of_panels[0].set_xlim(abscissa.min() - margin, abscissa.max() + margin)
     sheet.axes_of_panels[-1].set_xlabel(
-        "Time since the log's start (s)" if has_times else "Row of the log"
+        "Time on the log's clock (s)" if has_times else "Row of the log"
     )
     sheet.axes_of_panels[0].set_title(
         "\n".join(heading_lines), x=-0.11, fontsize=7, parse_math=False

@@ -3,8 +3,8 @@
     mu = N S/((1 + B S) sqrt(1 + C S)),   X = X0 Pbar^X1 Ubar^X2 (eta0/5 mPa s)^X3
 
 N is the slope at S = 0. B S bends the curve towards the level N/B, and C S lets it fall as the
-square root of the slip, as a film that its own heat softens. eta0 is the dynamic viscosity of the
-oil at the inlet temperature, so that the law needs the oil's properties.
+inverse square root of the slip, as a film that its own heat softens. eta0 is the dynamic viscosity
+of the oil at the inlet temperature, so that the law needs the oil's properties.
 
 Reference: OURS.
 """
