@@ -15,8 +15,8 @@ def run(options: argparse.Namespace) -> int:
     """Run one of these commands.
 
     Returns:
-        The exit code: 1 where a file of a release has changed, where a rebuild gives other results,
-        or where two releases differ by more than a limit; else 0.
+        The exit code: 1 where a file of a release has changed, where a rebuild differs in files or
+        packages, or, with `--gate`, where two releases differ by more than a limit; else 0.
     """
     match options.command:
         case "verify":
@@ -35,7 +35,7 @@ def _verify(options: argparse.Namespace) -> int:
     """Compare the files of a release with its checksums; with `--rebuild` make its results again.
 
     Returns:
-        1 where a file or a result differs, else 0.
+        1 where a file, a result or a package of the rebuild differs, else 0.
     """
     stored_release = StoredRelease.open(options.release)
     changes = stored_release.find_changes()

@@ -122,7 +122,7 @@ def same_channel(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """A run without a zero has the same readings in two channels."""
     if run.refusal is None or run.refusal.rule != "zero_missing":
         return
-    for channel, other_channel in combinations(run.rig_kind.channels, 2):
+    for channel, other_channel in combinations(rig_kind.channels, 2):
         values = run.signals[channel.column]
         step_sizes = np.abs(np.diff(values))
         if not step_sizes.any():
@@ -150,7 +150,7 @@ def held_readings(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     plateau_s = (
         median(durations_s) if len(durations_s) else rig_kind.plateau_settings.min_duration_s
     )
-    rows_held = rows_per_reading(run.signals[run.rig_kind.sensor.column])
+    rows_held = rows_per_reading(run.signals[rig_kind.sensor.column])
     hold_s = rows_held * run.signals.interval_s
     fewest_readings = rig_kind.gate_limits.readings_min
     if rows_held > 1 and exceeds(fewest_readings * hold_s, plateau_s):
@@ -166,7 +166,7 @@ def held_readings(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
 @gate
 def stuck_channel(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """A signal that shows noise stops moving for part of the run."""
-    for channel in run.rig_kind.channels:
+    for channel in rig_kind.channels:
         values = run.running_signals[channel.column]
         start, stop = _suspicious_hold(values, run, rig_kind)
         if start == stop:
@@ -334,7 +334,7 @@ def _branches_in_direction(
 @gate
 def saturated(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """A sensor is at the end of its range for part of the run."""
-    for channel in (run.rig_kind.sensor, run.rig_kind.channels[0]):
+    for channel in (rig_kind.sensor, rig_kind.channels[0]):
         values = run.running_signals[channel.column]
         for extreme in (values.max(initial=-np.inf), values.min(initial=np.inf)):
             indices_at_extreme = np.flatnonzero(values == extreme)
@@ -377,7 +377,7 @@ def stuck_sensor(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """
     if run.is_settled:
         return
-    values = run.running_signals[run.rig_kind.sensor.column]
+    values = run.running_signals[rig_kind.sensor.column]
     start, stop = _suspicious_hold(values, run, rig_kind)
     if start == stop:
         return
@@ -519,8 +519,10 @@ _SMALL_SHARE = 0.2
 _LARGE_SHARE = 0.8
 # Quantile that is taken for the largest value, so that wild readings do not count.
 _LARGEST_QUANTILE = 0.99
-# Number of changes from reading to reading that gives the noise to within a tenth.
-_FEWEST_CHANGES = 60
+# Number of second differences whose median gives the noise; its standard error is a fifth of it.
+_FEWEST_DIFFERENCES = 60
+# Number of steps of time that show what interval is the usual one.
+_FEWEST_TIME_STEPS = 60
 
 
 @WARNINGS.gate
@@ -538,13 +540,13 @@ def zero_on_trust(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
 
 @WARNINGS.gate
 def drift_not_seen(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
-    """The zero was taken on one side of the run alone, so that nothing shows its drift."""
+    """One part of the run, or both directions of slip, gave the zero: nothing shows its drift."""
     if len(run.zero_phases) == 1:
-        (phase_name,) = run.zero_phases
+        (source_of_zero,) = run.zero_phases
         allowed_n = rig_kind.zero_settings.max_drift_n
         largest_n = np.nanmax(np.abs(run.plateaus["traction_force_n"]), initial=0.0)
         if largest_n > 0:
-            yield {"part": phase_name, "allowed": allowed_n, "share": allowed_n / largest_n}
+            yield {"part": source_of_zero, "allowed": allowed_n, "share": allowed_n / largest_n}
 
 
 @WARNINGS.gate
@@ -571,13 +573,13 @@ def slip_ramp(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
 def branches_apart(run: MeasuredRun, rig_kind: TractionRig) -> FindingFields:
     """Rising and falling slip differ by a share of the traction: something changes with time."""
     differences, mu = _branch_differences(run, rig_kind)
-    is_sliding = np.abs(mu) > rig_kind.gate_limits.sliding_traction_min
-    median_ratio = median(differences[is_sliding] / mu[is_sliding])
+    has_traction = np.abs(mu) > rig_kind.gate_limits.sliding_traction_min
+    median_ratio = median(differences[has_traction] / mu[has_traction])
     if (
-        is_sliding.sum() >= rig_kind.gate_limits.branch_points
+        has_traction.sum() >= rig_kind.gate_limits.branch_points
         and abs(median_ratio) > rig_kind.gate_limits.branch_ratio_max
     ):
-        yield {"ratio": median_ratio, "points": is_sliding.sum()}
+        yield {"ratio": median_ratio, "points": has_traction.sum()}
 
 
 def _noise_of_samples(run: MeasuredRun) -> FloatArray:
@@ -599,10 +601,8 @@ def noisy_sensor(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     """The readings scatter by a large share of what is measured."""
     noise_of_sample = _noise_of_samples(run)
     noise = MAD_TO_SIGMA * median(noise_of_sample)
-    largest_reading = float(
-        np.nanmax(np.abs(run.plateaus[run.rig_kind.sensor.column]), initial=0.0)
-    )
-    is_long_enough = len(noise_of_sample) >= _FEWEST_CHANGES
+    largest_reading = float(np.nanmax(np.abs(run.plateaus[rig_kind.sensor.column]), initial=0.0))
+    is_long_enough = len(noise_of_sample) >= _FEWEST_DIFFERENCES
     if is_long_enough and noise > rig_kind.gate_limits.noise_share_max * largest_reading:
         yield {"noise": noise, "share": noise / largest_reading}
 
@@ -613,11 +613,11 @@ def soft_saturation(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     noise_of_sample = _noise_of_samples(run)
     if len(noise_of_sample) == 0:
         return
-    reading_sizes = np.abs(run.running_signals[run.rig_kind.sensor.column][1:-1])
+    reading_sizes = np.abs(run.running_signals[rig_kind.sensor.column][1:-1])
     largest_size = np.quantile(reading_sizes, _LARGEST_QUANTILE)
     is_small = reading_sizes < _SMALL_SHARE * largest_size
     is_large = reading_sizes > _LARGE_SHARE * largest_size
-    if is_small.sum() < _FEWEST_CHANGES or is_large.sum() < _FEWEST_CHANGES:
+    if is_small.sum() < _FEWEST_DIFFERENCES or is_large.sum() < _FEWEST_DIFFERENCES:
         return
     small_noise = MAD_TO_SIGMA * median(noise_of_sample[is_small])
     large_noise = MAD_TO_SIGMA * median(noise_of_sample[is_large])
@@ -636,7 +636,7 @@ def uneven_clock(run: MeasuredRun, rig_kind: RigKind) -> FindingFields:
     row_numbers = run.signals.row_numbers
     gaps_s = np.diff(run.signals.time_s)
     row_steps = np.diff(row_numbers)
-    if len(gaps_s) < _FEWEST_CHANGES:
+    if len(gaps_s) < _FEWEST_TIME_STEPS:
         return
     # neighbours: no row between them was refused. The lower median is a step that occurs
     usual_step = np.sort(row_steps)[(len(row_steps) - 1) // 2]

@@ -11,7 +11,8 @@ from oilfilm.base.units import BoolArray, IndexArray
 from oilfilm.logs import base
 from oilfilm.logs.log_schema import LoggedColumn
 
-# Values of a column as its format gives them, shape (rows,): numbers, instants, durations or texts.
+# Values of a column as its format gives them: numbers, instants, durations or texts. Those of a
+# column of numbers have the shape (rows,).
 Values = npt.NDArray[Any]
 # Text of each row of a column, shape (rows,).
 Texts = npt.NDArray[np.object_]
@@ -36,12 +37,13 @@ class LoggedTable:
         text_of_key: Header key, as `plain_key` makes it -> text of its line.
         names: Names of all columns.
         units: Unit beside each name; empty where there is none.
-        read_values: Function that gives the columns with some indices, each of shape (rows,). A
-            cell without a number is NaN.
+        read_values: Function that gives the columns with some indices; those of numbers have the
+            shape (rows,). A cell without a number is NaN.
         row_count: Number of rows, good and bad.
         run_name: Name of the run in its file; empty where the file is one run.
         undivided_names: Names of the runs that this run is a part of.
-        columns: The columns that make a run, where the format itself says it.
+        columns: The columns that make a run, where the format itself says which; empty for other
+            formats, whose columns are known by their names.
         refusal: Why the run cannot be used, although its rows are read; None where it can.
         problem: Why nothing of the run can be read; None where it can.
         clock_of_column: Index of an evenly sampled column -> its clock.
