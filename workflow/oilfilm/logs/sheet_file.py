@@ -532,6 +532,9 @@ def _value_and_expectation(
     settings = sheet.settings
     if key in base.SET_POINT_KEYS:
         project_key, converted_text = sheet.key_and_text(column.header_key, text)
+        if project_key != key:
+            # the unit in the cell is that of a load in a column of pressures, or the reverse
+            return None, expectation_in_words(key, text)
         set_point = base.parse_set_point(project_key, converted_text)
         # 12 digits, as `project_key_and_text` gives them: 80 N and 0.08 kN become the same text
         value = None if set_point is None else f"{set_point:.12g}"
