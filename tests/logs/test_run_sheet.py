@@ -357,6 +357,10 @@ def test_rows_and_logs_without_each_other_are_named() -> None:
         ("file,rig\na.csv,mars\n", "row 2, column 'rig': found 'mars', expected rig of the camp"),
         ("file,load_n\na.csv,80 s\n", "row 2, column 'load_n': found '80 s', expected a number"),
         ("file,max_hertz_pressure_gpa\na.csv,1250\n", "found '1250', expected a number above 0"),
+        # a unit in a cell makes no pressure of a load, and no load of a pressure
+        ("file,load [N]\na.csv,1.2 GPa\n", "row 2, column 'load [N]': found '1.2 GPa', expected"),
+        ("file,load [N]\na.csv,900 MPa\n", "row 2, column 'load [N]': found '900 MPa', expected"),
+        ("file,load [GPa]\na.csv,50 N\n", "row 2, column 'load [GPa]': found '50 N', expected"),
         ("file,oil\n,4102\n", "row 2, column 'file': is empty, expected the name of a log"),
         ("file,oil\na.csv,4102,80\n", "row 2: the cell '80' is in no column"),
         ("file,oil\nb.csv,4102\n", "row 2: 'b.csv' is the name of june/b.csv, july/b.csv"),
