@@ -318,6 +318,16 @@ def test_verdict_on_the_first_law_is_that_of_both_criteria(
     assert "|".join(row[name] for name in names) == expected
 
 
+def test_a_law_beside_fits_to_other_curves_alone_is_not_called_the_best() -> None:
+    squares = {"deng2026": np.full(30, 1.0), "tanh": np.full(30, 0.1)}
+    laws_compared = compared(squares, {"deng2026": 3, "tanh": 3})
+    # tanh lacks a curve: its sums of squares are of other points
+    incomplete_curves = pd.Series([(), ("run0",)])
+    quality = laws_compared.fit_quality.assign(incomplete_curves=incomplete_curves)
+    (row,) = tables.rows(best_laws(laws_compared.replace(fit_quality=quality), BIC_DIFFERENCE_MIN))
+    assert (row["verdict"], row["better_law"]) == ("no other fit", "")
+
+
 # ---------------------------------------------------------------- laws that are one law
 
 

@@ -119,9 +119,8 @@ def as_campaign(
     if not re.fullmatch(NAME_PATTERN, fit.oil):
         raise OilfilmError(
             f"oil: found the name {cut(repr(fit.oil))}; to save or export a fit, expected ASCII "
-            "letters, digits, '_', '.' and '-', with neither of the last two at the beginning, as "
-            "SAE-10W-40. Rename the oil in the table; where "
-            "the table names none, in the call."
+            "letters, digits, '_', '.' and '-', as SAE-10W-40, and neither '.' nor '-' at the "
+            "beginning. Rename the oil in the table; where the table names none, in the call."
         )
     # a fit of arrays does not know its oil: its tables have another name
     table_by_name = {

@@ -129,13 +129,13 @@ def _verdict_columns(
         return {"verdict": "no other law"}
     if configured_name not in fitted_names:
         return {"verdict": "no fit"}
-    if len(fitted_names) == 1:
-        return {"verdict": "no other fit"}
     # laws that were fitted to other points have other sums, and are not comparable
     runs_not_fitted = quality_by_law["incomplete_curves"].map(set)
     not_fitted_by_configured = runs_not_fitted[configured_name]
     has_same_points = runs_not_fitted.map(lambda run_ids: run_ids == not_fitted_by_configured)
     comparable = quality_by_law[has_same_points & quality_by_law["bic"].notna()]
+    if len(comparable) == 1:
+        return {"verdict": "no other fit"}
     # of laws that are equally good: the configured law, a certified fit, the fewest constants
     preferred_quality = comparable.assign(other=comparable.index != configured_name).sort_values(
         ["other", "certified", "n_constants"], ascending=[True, False, True], kind="stable"

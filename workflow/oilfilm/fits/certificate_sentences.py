@@ -13,9 +13,9 @@ from oilfilm.traction import ALL_LAWS
 from oilfilm.traction.law import QUANTITIES
 
 _LAW_BY_NAME = {law.name: law for law in ALL_LAWS}
-# By the code in `doubts`; in braces are columns of `fit_quality`, and `bounds`, the texts of
-# `active_bounds`. "their" stands for the searches:
-# where errors or constants differ, the sentence on searches that disagree comes first.
+# By the code in `doubts`. In braces are columns of `fit_quality`, and `bounds`, the texts of
+# `active_bounds`. "their" stands for the searches: where errors or constants differ, the sentence
+# on searches that disagree comes first.
 _CLAUSE_BY_DOUBT = {
     "searches disagree": "{searches_agreeing} of {searches} searches agree",
     "errors differ": "their SSE exceed the smallest SSE by up to {sse_spread:.1e} of it",

@@ -437,9 +437,11 @@ def soundness_row(
     is_condition_missing = any(fixed.is_unmeasured for fixed in fixed_conditions)
     surface = None if fitted is None or no_fit else fitted.surface
     fewest_curves = settings.steadiness.curves_min
-    curve_count = points["run_id"].nunique() if surface is None else len(surface.run_ids)
     if surface is None:
+        curve_count = points["run_id"].nunique()
         fewest_curves = max(fewest_curves, settings.surface.fewest_curves)
+    else:
+        curve_count = len(surface.run_ids)
     too_few_curves = curve_count < fewest_curves
     # "steady", as where no change was found
     columns = dict(NO_CHANGE)
